@@ -1,0 +1,71 @@
+// From a compound surface to a triangle mesh with sharp element boundaries and a certified deviation.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/compound/compound_surface.h"
+#include "core/mesh.h"
+#include "core/result.h"
+
+namespace diesink {
+
+enum class MeshScheme : std::uint8_t { kAdaptive, kGrid };
+
+struct TessellationOptions {
+  MeshScheme scheme = MeshScheme::kAdaptive;
+  bool creases = true;              // grid only: insert the edge points
+  double tolerance = 0;             // 0 = the program's
+  bool solid = false;               // close with skirts and a floor
+  std::optional<double> floor;      // height of the floor; default below the lowest point
+  std::array<int, 2> tiles{1, 1};
+  std::array<int, 2> tile{0, 0};    // which tile to make
+  int threads = 0;                  // 0 = all cores
+  // Called now and then with the part done, 0..1, from one thread at a time; may be empty.
+  std::function<void(double)> progress;
+};
+
+struct ElementReport {
+  std::string name, solid, type;  // "S2.side", "S2", "R-CYLI"; skirts and floor have type ""
+  int sign = 1;
+  std::size_t triangles = 0;
+  double area = 0;
+  double max_deviation = 0;  // certified
+};
+
+struct CurveReport {
+  CurveKind kind = CurveKind::kCrease;
+  std::array<std::string, 2> between;
+  double length = 0;
+  bool closed = false;
+};
+
+struct TessellationReport {
+  std::size_t crease_vertices = 0, jump_vertices = 0, corner_vertices = 0;
+  double tolerance = 0;
+  double certified_deviation = 0;  // a bound, not a sample
+  double uncertified_area = 0;     // plan area whose features or deviation could not be certified
+  double area = 0, volume = 0;     // volume under the surface down to the floor or the lowest z
+  bool watertight = false;
+  std::array<double, 4> domain{0, 0, 0, 0};
+  std::array<Vec3, 2> bounds{Vec3::Zero(), Vec3::Zero()};
+  std::vector<ElementReport> elements;
+  std::vector<CurveReport> curves;
+  double seconds_evaluate = 0, seconds_tessellate = 0;
+};
+
+struct Tessellation {
+  TriangleMesh mesh;  // with elements, normals split at creases, and curves
+  TessellationReport report;
+};
+
+// Same bytes for any thread count.
+// Errors: kInput for an empty surface or a grid over the limits; kLimit for too many triangles.
+Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options);
+
+}  // namespace diesink

@@ -1,0 +1,36 @@
+// The plain exchange struct of CL-data: what planners make and APT, G-code and CSV writers and readers carry.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/part_program/part_program.h"
+#include "core/units.h"
+#include "core/vec.h"
+
+namespace diesink {
+
+enum class Motion : std::uint8_t { kRapid, kFeed };
+
+// The cutter's tip (bottom centre) at the end of a straight move; the axis is (0, 0, 1).
+struct ClPoint {
+  Vec3 tip = Vec3::Zero();
+  Motion motion = Motion::kFeed;
+};
+
+// Units: lengths in `unit`, feed in `unit` a minute, spindle in turns a minute.
+struct ToolPath {
+  std::string name;
+  LengthUnit unit = LengthUnit::kMillimetre;
+  std::optional<Cutter> cutter;
+  double intol = 0, outtol = 0;
+  double feed = 0, spindle = 0;
+  double clearance = 0;
+  int tool_number = 1;
+  std::vector<ClPoint> points;
+};
+
+}  // namespace diesink
