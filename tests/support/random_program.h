@@ -52,7 +52,7 @@ class Random {
 enum class RandomBase : std::uint8_t { kAny, kNone, kPlane, kFerguson };
 
 struct RandomProgramOptions {
-  int solids = 8;  // the first   successive solids walk through all types and options
+  int solids = 8;  // successive solids walk through all types and options
   RandomBase base = RandomBase::kAny;
   double size = 100;  // side of the square plan, which begins at the origin
   double body = 10;   // typical half width of a solid
@@ -89,8 +89,9 @@ class Writer {
     line(std::string(keyword) + ',' + number(random_, value));
   }
   void vector(std::string_view keyword, const Vec3& v) {
-    line(std::string(keyword) + ',' + number(random_, v[0]) + ',' + number(random_, v[1]) + ',' +
-         number(random_, v[2]));
+    std::string text(keyword);
+    for (int k = 0; k < 3; ++k) text += ',' + number(random_, v[k]);
+    line(text);
   }
   void points(const std::vector<Vec3>& points) {
     for (std::size_t i = 0; i < points.size(); ++i) vector("P" + std::to_string(i + 1), points[i]);
