@@ -15,7 +15,8 @@
 
 namespace diesink {
 
-// The face that wins on a vertical line: row of the Boolean table and face number, in one word that compares fast.
+// The face that wins on a vertical line: row of the Boolean table and face number, in one word that
+// compares fast.
 using Label = std::uint32_t;
 inline constexpr Label kNoLabel = 0xFFFFFFFFu;  // no surface: a hole
 constexpr Label make_label(int row, std::uint32_t face) {
@@ -24,7 +25,8 @@ constexpr Label make_label(int row, std::uint32_t face) {
 constexpr int row_of(Label label) { return static_cast<int>(label >> 4); }
 constexpr int face_of(Label label) { return static_cast<int>(label & 15u); }
 
-// One CC-datum (paper, Fig. 8): a point of the surface, its unit normal turned upward, and what it lies on.
+// One CC-datum (paper, Fig. 8): a point of the surface, its unit normal turned upward, and what it
+// lies on.
 struct CcDatum {
   double z = 0;
   Vec3 n = Vec3::UnitZ();
@@ -43,15 +45,18 @@ struct CcRun {
   Label* label = nullptr;
 };
 
-// Ties: a later term takes the point only where it is beyond the value so far by more than tie_tolerance();
-//       that is 2^-42 of the largest coordinate, above rounding and below 1e-12 of the model's size.
+// Ties: a later term takes the point only where it is beyond the value so far by more than
+// tie_tolerance();
+//       that is 2^-42 of the largest coordinate, above rounding and below 1e-12 of the model's
+//       size.
 // Immutable after make(); every const function may be called from several threads.
 class CompoundSurface {
  public:
   struct Impl;
 
   // Needs: a program that parse_part_program accepted.
-  // Errors: kInput where a base grid is folded in plan; kUnsupported for a MESH base in a build without it.
+  // Errors: kInput where a base grid is folded in plan; kUnsupported for a MESH base in a build
+  // without it.
   static Result<CompoundSurface> make(const PartProgram& program);
 
   CompoundSurface(CompoundSurface&&) noexcept;
@@ -66,7 +71,7 @@ class CompoundSurface {
   void row(double y, std::span<const double> xs, const CcRun& out) const;
 
   [[nodiscard]] const PartProgram& program() const;
-  [[nodiscard]] double size() const;           // largest absolute coordinate of domain, solids and base
+  [[nodiscard]] double size() const;  // largest absolute coordinate of domain, solids and base
   [[nodiscard]] double tie_tolerance() const;  // length, see above
   [[nodiscard]] int row_count() const;         // terms of the Boolean table
   [[nodiscard]] int surface_of_row(int row) const;

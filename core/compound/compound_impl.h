@@ -1,0 +1,70 @@
+// The prepared compound surface: what evaluation by point, row and cell and the tessellator share.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/base/ferguson.h"
+#include "core/base/plane.h"
+#include "core/compound/body_line.h"
+#include "core/compound/compound_surface.h"
+
+namespace diesink {
+
+// A step of the Boolean expression in evaluation order.
+struct CompoundStep {
+  BooleanStep::Kind kind = BooleanStep::Kind::kTerm;
+  Sign sign = Sign::kPlus;
+  std::int32_t solid = -1;  // index of the body; -1 = the base
+  std::int32_t row = 0;
+};
+
+// The value of the expression so far on one line.
+struct LineState {
+  double z = 0;
+  Label label = kNoLabel;
+};
+
+// Which steps can matter over each cell of a uniform plan grid, in evaluation order.
+class PlanIndex {
+ public:
+  void build(const std::vector<CompoundStep>& steps, const std::vector<PlanBox>& boxes,
+             const PlanBox& extent);
+
+  // The steps that may matter over (x, y); valid for every point of the plan.
+  [[nodiscard]] std::span<const std::uint32_t> at(double x, double y) const;
+  // The steps that may matter anywhere over a box, ascending; `out` is cleared first.
+  void over(const PlanBox& box, std::vector<std::uint32_t>& out) const;
+
+ private:
+  std::vector<PlanBox> boxes_;
+  PlanBox extent_;
+  int nx_ = 1, ny_ = 1;
+  double inv_dx_ = 0, inv_dy_ = 0;
+  std::vector<std::uint32_t> start_, items_;
+};
+
+struct CompoundSurface::Impl {
+  PartProgram program;
+  std::vector<BodyLine> bodies;  // one a solid of the program
+  std::vector<CompoundStep> steps;
+  std::vector<std::uint32_t> step_of_row;
+  std::variant<std::monostate, PlaneSurface, FergusonSurface> base;
+  PlanIndex index;
+  double size = 0, tie = 0;
+
+  [[nodiscard]] bool base_at(double x, double y, BaseHit& hit) const;
+  // The expression over (x, y), only the given steps counted (all that matter there must be among
+  // them).
+  [[nodiscard]] LineState evaluate(std::span<const std::uint32_t> steps_here, double x,
+                                   double y) const;
+  [[nodiscard]] LineState evaluate(double x, double y) const {
+    return evaluate(index.at(x, y), x, y);
+  }
+  // Unit upward normal of the label's own surface at a point of it.
+  [[nodiscard]] Vec3 normal(Label label, const Vec3& point) const;
+};
+
+}  // namespace diesink

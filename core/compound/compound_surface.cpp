@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/compound/compound_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/compound/compound_impl.h"
+
+namespace diesink {
+namespace {
+
+// Deepest nesting of groups that the parser lets through.
+constexpr std::size_t kMaxNesting = 64;
+
+// The cell of a scaled coordinate, clamped before the cast: infinite boxes are usual.
+inline int cell_of(double scaled, int cells) {
+  return static_cast<int>(std::clamp(scaled, 0.0, static_cast<double>(cells - 1)));
+}
+
+double largest_coordinate(const PartProgram& program, const std::vector<BodyLine>& bodies) {
+  double size = 0;
+  const auto take = [&size](double v) { size = std::fmax(size, std::fabs(v)); };
+  const Machining& m = program.machining;
+  for (const double v : {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]}) take(v);
+  for (const BodyLine& b : bodies) {
+    for (const double v : {b.plan_box().x0, b.plan_box().x1, b.plan_box().y0, b.plan_box().y1,
+                           b.z_low(), b.z_high()}) {
+      take(v);
+    }
+  }
+  if (const FergusonBase* ferguson = std::get_if<FergusonBase>(&program.base)) {
+    for (const Vec3& p : ferguson->points) size = std::fmax(size, p.cwiseAbs().maxCoeff());
+  } else if (const PlaneBase* plane = std::get_if<PlaneBase>(&program.base)) {
+    take(plane->point.z());
+  }
+  return size;
+}
+
+}  // namespace
+
+void PlanIndex::build(const std::vector<CompoundStep>& steps, const std::vector<PlanBox>& boxes,
+                      const PlanBox& extent) {
+  boxes_ = boxes;
+  extent_ = extent;
+  // About one cell a step, so that a cell of an evenly filled plan holds a handful.
+  const double w = std::fmax(extent.x1 - extent.x0, 1e-300),
+               h = std::fmax(extent.y1 - extent.y0, 1e-300);
+  const double cells = std::clamp(static_cast<double>(steps.size()), 1.0, 1e6);
+  const double side = std::sqrt(w * h / cells);
+  nx_ = static_cast<int>(std::clamp(w / side, 1.0, 2048.0));
+  ny_ = static_cast<int>(std::clamp(h / side, 1.0, 2048.0));
+  inv_dx_ = nx_ / w;
+  inv_dy_ = ny_ / h;
+  start_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) + 1, 0);
+  items_.clear();
+  const auto column = [&](double x) { return cell_of((x - extent_.x0) * inv_dx_, nx_); };
+  const auto line = [&](double y) { return cell_of((y - extent_.y0) * inv_dy_, ny_); };
+  // Two passes of counting sort; points outside the extent fall into the border cells, whose lists
+  // hold every step that reaches beyond them because the clamp is monotone.
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::uint32_t i = 0; i < steps.size(); ++i) {
+      const PlanBox& b = boxes_[i];
+      if (!(b.x0 <= b.x1)) continue;
+      for (int j = line(b.y0); j <= line(b.y1); ++j) {
+        for (int k = column(b.x0); k <= column(b.x1); ++k) {
+          const std::size_t cell = static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) +
+                                   static_cast<std::size_t>(k);
+          if (pass == 0) {
+            ++start_[cell + 1];
+          } else {
+            items_[start_[cell]++] = i;
+          }
+        }
+      }
+    }
+    if (pass == 0) {
+      for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+      items_.resize(start_.back());
+    } else {
+      for (std::size_t c = start_.size() - 1; c > 0; --c) start_[c] = start_[c - 1];
+      start_[0] = 0;
+    }
+  }
+}
+
+std::span<const std::uint32_t> PlanIndex::at(double x, double y) const {
+  const int k = cell_of((x - extent_.x0) * inv_dx_, nx_);
+  const int j = cell_of((y - extent_.y0) * inv_dy_, ny_);
+  const std::size_t cell =
+      static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(k);
+  return std::span(items_).subspan(start_[cell], start_[cell + 1] - start_[cell]);
+}
+
+void PlanIndex::over(const PlanBox& box, std::vector<std::uint32_t>& out) const {
+  out.clear();
+  for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
+    const PlanBox& b = boxes_[i];
+    if (b.x0 <= box.x1 && b.x1 >= box.x0 && b.y0 <= box.y1 && b.y1 >= box.y0) out.push_back(i);
+  }
+}
+
+bool CompoundSurface::Impl::base_at(double x, double y, BaseHit& hit) const {
+  if (const PlaneSurface* plane = std::get_if<PlaneSurface>(&base)) return plane->at(x, y, hit);
+  if (const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&base)) {
+    FergusonHint hint;
+    return ferguson->at(x, y, hit, hint);
+  }
+  return false;
+}
+
+LineState CompoundSurface::Impl::evaluate(std::span<const std::uint32_t> steps_here, double x,
+                                          double y) const {
+  LineState stack[kMaxNesting + 1];
+  std::size_t depth = 0;
+  LineState state;
+  LineHit hit;
+  BaseHit base_hit;
+  for (const std::uint32_t i : steps_here) {
+    const CompoundStep& step = steps[i];
+    LineState e;
+    if (step.kind == BooleanStep::Kind::kTerm) {
+      const bool plus = step.sign == Sign::kPlus;
+      if (!plus && state.label == kNoLabel) continue;
+      if (step.solid < 0) {
+        if (!base_at(x, y, base_hit)) continue;
+        e = {base_hit.z, make_label(step.row, 0)};
+      } else {
+        if (!bodies[static_cast<std::size_t>(step.solid)].meet(x, y, hit)) continue;
+        e = plus ? LineState{hit.upper, make_label(step.row, hit.upper_face)}
+                 : LineState{hit.lower, make_label(step.row, hit.lower_face)};
+      }
+      if (!plus) {
+        if (e.z < state.z - tie) state = e;
+        continue;
+      }
+    } else if (step.kind == BooleanStep::Kind::kGroupOpen) {
+      stack[depth++] = state;
+      state = {};
+      continue;
+    } else {
+      e = state;
+      state = stack[--depth];
+      if (e.label == kNoLabel) continue;
+    }
+    if (state.label == kNoLabel || e.z > state.z + tie) state = e;
+  }
+  return state;
+}
+
+Vec3 CompoundSurface::Impl::normal(Label label, const Vec3& point) const {
+  const CompoundStep& step = steps[step_of_row[static_cast<std::size_t>(row_of(label))]];
+  Vec3 n;
+  if (step.solid < 0) {
+    BaseHit hit;
+    if (!base_at(point.x(), point.y(), hit)) return Vec3::UnitZ();
+    n = Vec3(-hit.zx, -hit.zy, 1).normalized();
+  } else {
+    n = bodies[static_cast<std::size_t>(step.solid)].normal(
+        static_cast<std::uint8_t>(face_of(label)), point);
+  }
+  return n.z() < 0 ? Vec3(-n) : n;
+}
+
+Result<CompoundSurface> CompoundSurface::make(const PartProgram& program) {
+  auto impl = std::make_unique<Impl>();
+  impl->program = program;
+  const PartProgram& own = impl->program;
+  // A first pass without slack gives the size that the slack follows from.
+  for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, 0.0);
+  impl->size = largest_coordinate(own, impl->bodies);
+  impl->tie = std::ldexp(impl->size, -42);
+  impl->bodies.clear();
+  for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, impl->tie);
+
+  if (const PlaneBase* plane = std::get_if<PlaneBase>(&own.base)) {
+    impl->base.emplace<PlaneSurface>(*plane);
+  } else if (const FergusonBase* ferguson = std::get_if<FergusonBase>(&own.base)) {
+    Result<FergusonSurface> surface = FergusonSurface::make(*ferguson);
+    if (!surface) return surface.error();
+    impl->base.emplace<FergusonSurface>(std::move(*surface));
+  } else if (std::holds_alternative<MeshBase>(own.base)) {
+    return Error{ErrorCode::kUnsupported,
+                 "a scanned mesh as the base surface is not in this build",
+                 {own.file}};
+  }
+
+  // Boxes of the steps; a group's opening and closing reach over all its members.
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  std::vector<PlanBox> boxes;
+  std::vector<std::size_t> open;
+  for (const BooleanStep& step : own.boole) {
+    const auto index = static_cast<std::uint32_t>(impl->steps.size());
+    PlanBox box{kInf, -kInf, kInf, -kInf};
+    switch (step.kind) {
+      case BooleanStep::Kind::kTerm:
+        box = step.surface == 0
+                  ? PlanBox{-kInf, kInf, -kInf, kInf}
+                  : impl->bodies[static_cast<std::size_t>(step.surface - 1)].plan_box();
+        impl->step_of_row.push_back(index);
+        break;
+      case BooleanStep::Kind::kGroupOpen:
+        open.push_back(index);
+        break;
+      case BooleanStep::Kind::kGroupClose: {
+        for (std::size_t i = open.back() + 1; i < index; ++i) {
+          box = {std::fmin(box.x0, boxes[i].x0), std::fmax(box.x1, boxes[i].x1),
+                 std::fmin(box.y0, boxes[i].y0), std::fmax(box.y1, boxes[i].y1)};
+        }
+        boxes[open.back()] = box;
+        open.pop_back();
+        break;
+      }
+    }
+    impl->steps.push_back({step.kind, step.sign, step.surface - 1, step.row});
+    boxes.push_back(box);
+  }
+  const Machining& m = own.machining;
+  impl->index.build(impl->steps, boxes, {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]});
+  return CompoundSurface(std::move(impl));
+}
+
+CompoundSurface::CompoundSurface(std::unique_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+CompoundSurface::CompoundSurface(CompoundSurface&&) noexcept = default;
+CompoundSurface& CompoundSurface::operator=(CompoundSurface&&) noexcept = default;
+CompoundSurface::~CompoundSurface() = default;
+
+std::optional<CcDatum> CompoundSurface::at(double x, double y) const {
+  const LineState state = impl_->evaluate(x, y);
+  if (state.label == kNoLabel) return std::nullopt;
+  CcDatum datum;
+  datum.z = state.z;
+  datum.row = row_of(state.label);
+  datum.face = face_of(state.label);
+  datum.surface = surface_of_row(datum.row);
+  datum.n = impl_->normal(state.label, Vec3(x, y, state.z));
+  return datum;
+}
+
+const PartProgram& CompoundSurface::program() const { return impl_->program; }
+double CompoundSurface::size() const { return impl_->size; }
+double CompoundSurface::tie_tolerance() const { return impl_->tie; }
+int CompoundSurface::row_count() const { return static_cast<int>(impl_->step_of_row.size()); }
+
+int CompoundSurface::surface_of_row(int row) const {
+  return impl_->steps[impl_->step_of_row[static_cast<std::size_t>(row)]].solid + 1;
+}
+
+Sign CompoundSurface::sign_of_row(int row) const {
+  return impl_->steps[impl_->step_of_row[static_cast<std::size_t>(row)]].sign;
+}
+
+std::string CompoundSurface::element_name(Label label) const {
+  const int surface = surface_of_row(row_of(label));
+  if (surface == 0) return "B";
+  const Solid& solid = impl_->program.solids[static_cast<std::size_t>(surface - 1)];
+  return solid.id + '.' + face_name(solid.body, static_cast<std::uint8_t>(face_of(label)));
+}
+
+}  // namespace diesink
