@@ -17,27 +17,32 @@
 
 namespace diesink {
 
+class FileSet;  // formats/byte_sink.h
+
 // What a reader may use and where it looks for the files beside the one it reads.
 struct ReadOptions {
-  std::string file_name;                       // for messages
-  std::string folder;                          // where external buffers may lie; empty = none are read
+  std::string file_name;  // for messages
+  std::string folder;     // where external buffers may lie; empty = none are read
   std::size_t max_triangles = 50'000'000;
   std::size_t max_memory = std::size_t{8} << 30;  // bytes a reader may allocate in all
-  int threads = 0;                             // 0 = all cores
-  bool weld = true;                            // exact weld of equal positions in formats without sharing (STL)
+  double max_coordinate = 1e9;                    // of any position, in absolute value
+  int threads = 0;                                // 0 = all cores
+  bool weld = true;  // exact weld of equal positions in formats without sharing (STL)
 };
 
 struct WriteOptions {
-  std::string program_comment;        // "diesink 0.1.0"; never a date: the same input gives the same bytes
-  std::string file_stem;              // of the target, for the .mtl and .bin beside it
-  bool ascii = false;                 // STL and PLY as text
-  bool lines = false;                 // write mesh.curves
+  std::string
+      program_comment;  // "diesink 0.1.0"; never a date: the same input gives the same bytes
+  std::string
+      file_stem;       // of the target, for the .mtl and .bin beside it; empty = nothing beside it
+  bool ascii = false;  // STL and PLY as text
+  bool lines = false;  // write mesh.curves
   bool normals = true;
   bool draco = false;
-  int draco_speed = 3;                // 0..10
-  std::optional<int> quantize_bits;   // else the fewest that keep half of `tolerance`
-  double tolerance = 0;               // length in the mesh's unit; 0 = 1e-5 of the extent
-  std::string extras_json;            // figures of the report for glTF's asset.extras; empty = none
+  int draco_speed = 3;               // 0..10
+  std::optional<int> quantize_bits;  // else the fewest that keep half of `tolerance`
+  double tolerance = 0;              // length in the mesh's unit; 0 = 1e-5 of the extent
+  std::string extras_json;           // figures of the report for glTF's asset.extras; empty = none
 };
 
 // One file to be put on disk. The first of a write is the target, others stand beside it by name.
@@ -48,7 +53,8 @@ struct FileBytes {
 
 struct WrittenMesh {
   std::vector<FileBytes> files;
-  double deviation = 0;  // largest distance between a vertex as given and as the file holds it (float, Draco)
+  double deviation =
+      0;  // largest distance between a vertex as given and as the file holds it (float, Draco)
   std::vector<std::string> notes;
 };
 
@@ -62,9 +68,15 @@ struct Format {
   Keeps positions, names, colors, normals, lines, units, sharing;
   // True where the first bytes (and the size) can only be, or very likely are, this format.
   bool (*matches)(std::span<const std::byte> bytes);
+  // Null where the format is only written.
   Result<TriangleMesh> (*read)(std::span<const std::byte> bytes, const ReadOptions& options,
                                Diagnostics& diagnostics);
   Result<WrittenMesh> (*write)(const TriangleMesh& mesh, const WriteOptions& options);
+  // The same straight into files, without a copy in memory: `files` of the answer stays empty. May
+  // be null.
+  Result<WrittenMesh> (*stream)(const TriangleMesh& mesh, const WriteOptions& options,
+                                FileSet& files) = nullptr;
+  std::string_view remarks = {};  // what the table's columns cannot say
 };
 
 // Every format, in the order `diesink formats` prints them.

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/input_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <new>
+
+namespace diesink {
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int value) : value_(value) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (value_ > STDIN_FILENO) ::close(value_);
+  }
+  [[nodiscard]] int value() const { return value_; }
+
+ private:
+  int value_;
+};
+
+Error cannot_read(const std::string& path, const char* reason) {
+  return {ErrorCode::kInput, std::string("cannot read: ") + reason, {path}};
+}
+
+Error too_large(const std::string& path, std::size_t max_bytes) {
+  return {ErrorCode::kLimit,
+          "the file is larger than the limit of " + std::to_string(max_bytes) + " bytes",
+          {path}};
+}
+
+}  // namespace
+
+Result<InputBytes> read_file(const std::string& path, std::size_t max_bytes) {
+  const Descriptor file(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.value() < 0) return cannot_read(path, std::strerror(errno));
+  struct stat found {};
+  if (::fstat(file.value(), &found) != 0) return cannot_read(path, std::strerror(errno));
+  if (S_ISDIR(found.st_mode)) return cannot_read(path, "it is a folder");
+  if (S_ISBLK(found.st_mode) || (S_ISCHR(found.st_mode) && file.value() != STDIN_FILENO)) {
+    return cannot_read(path, "it is a device, expected a file");
+  }
+  const bool regular = S_ISREG(found.st_mode);
+  if (regular && static_cast<std::uintmax_t>(found.st_size) > max_bytes)
+    return too_large(path, max_bytes);
+
+  // One byte more than the file is said to hold: the read that finds its end needs no second
+  // buffer.
+  std::size_t capacity =
+      regular ? static_cast<std::size_t>(found.st_size) + 1 : std::size_t{1} << 16;
+  std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[capacity]);
+  std::size_t size = 0;
+  while (bytes) {
+    const ssize_t got =
+        ::read(file.value(), bytes.get() + size, std::min<std::size_t>(capacity - size, 1U << 30));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return cannot_read(path, std::strerror(errno));
+    if (got == 0) return InputBytes(std::move(bytes), size);
+    size += static_cast<std::size_t>(got);
+    if (size > max_bytes) return too_large(path, max_bytes);
+    if (size < capacity) continue;
+    std::unique_ptr<std::byte[]> larger(new (std::nothrow) std::byte[capacity * 2]);
+    if (larger) std::memcpy(larger.get(), bytes.get(), size);
+    bytes = std::move(larger);
+    capacity *= 2;
+  }
+  return Error{ErrorCode::kLimit, "not enough memory to hold the file", {path}};
+}
+
+}  // namespace diesink

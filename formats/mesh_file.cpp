@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/mesh_file.h"
+
+#include <new>
+#include <stdexcept>
+
+namespace diesink {
+namespace {
+
+// Nothing that bad data asks for may leave as an exception.
+template <class Answer, class Work>
+Result<Answer> guarded(const std::string& path, Work work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kLimit, "not enough memory", {path}};
+  } catch (const std::length_error&) {
+    return Error{ErrorCode::kLimit, "more than memory can hold", {path}};
+  }
+}
+
+Error named(Error error, const std::string& path) {
+  if (error.where.file.empty()) error.where.file = path;
+  return error;
+}
+
+}  // namespace
+
+Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
+                                Diagnostics& diagnostics, std::size_t max_bytes) {
+  const Result<InputBytes> input = read_file(path, max_bytes);
+  if (!input) return input.error();
+  options.file_name = path;
+  if (path != "-") {
+    const std::size_t slash = path.rfind('/');
+    options.folder = slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
+  }
+  const std::span<const std::byte> bytes = input->bytes();
+  if (bytes.empty()) return Error{ErrorCode::kInput, "the file is empty, expected a mesh", {path}};
+  const Format* const format = format_of_content(bytes, path);
+  if (format == nullptr || format->read == nullptr) {
+    return Error{ErrorCode::kInput,
+                 "not a mesh of a known format, expected one of " + endings_of_formats(false),
+                 {path}};
+  }
+  return guarded<MeshFile>(path, [&]() -> Result<MeshFile> {
+    Result<TriangleMesh> mesh = format->read(bytes, options, diagnostics);
+    if (!mesh) return named(mesh.error(), path);
+    return MeshFile{std::move(*mesh), format};
+  });
+}
+
+Result<WrittenMesh> write_mesh_file(const std::string& path, const TriangleMesh& mesh,
+                                    WriteOptions options, OutputFiles& files,
+                                    const Format* format) {
+  if (format == nullptr) format = format_of_ending(path);
+  if (format == nullptr || format->write == nullptr) {
+    return Error{ErrorCode::kUsage,
+                 "unknown ending of an output file, expected one of " + endings_of_formats(true),
+                 {path}};
+  }
+  if (path != "-" && !path.starts_with("/dev/")) {
+    const std::size_t slash = path.rfind('/');
+    options.file_stem = slash == std::string::npos ? path : path.substr(slash + 1);
+    const std::size_t dot = options.file_stem.rfind('.');
+    if (dot != std::string::npos && dot > 0) options.file_stem.resize(dot);
+  }
+  return guarded<WrittenMesh>(path, [&]() -> Result<WrittenMesh> {
+    OutputFileSet set(files, path);
+    if (format->stream != nullptr) {
+      Result<WrittenMesh> written = format->stream(mesh, options, set);
+      if (!written) return named(written.error(), path);
+      return written;
+    }
+    Result<WrittenMesh> written = format->write(mesh, options);
+    if (!written) return named(written.error(), path);
+    for (const FileBytes& file : written->files) {
+      const Result<ByteSink*> sink = set.file(file.name);
+      if (!sink) return sink.error();
+      if (const Status put = (*sink)->put(file.bytes); !put) return put.error();
+    }
+    written->files.clear();
+    return written;
+  });
+}
+
+std::string endings_of_formats(bool written) {
+  std::string text;
+  for (const Format* format : all_formats()) {
+    if (written ? format->write == nullptr : format->read == nullptr) continue;
+    for (const std::string_view extension : format->extensions) {
+      if (!text.empty()) text += ' ';
+      text += extension;
+    }
+  }
+  return text;
+}
+
+}  // namespace diesink

@@ -1,0 +1,35 @@
+// A mesh file by its name: what the command line reads and writes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "formats/format.h"
+#include "formats/input_file.h"
+#include "formats/output_file.h"
+
+namespace diesink {
+
+struct MeshFile {
+  TriangleMesh mesh;
+  const Format* format = nullptr;
+};
+
+// Reads the file at `path` ("-" is stdin), told by its content first, then by its ending. Fills in
+// options.file_name and, unless it is stdin, options.folder.
+// Errors: kInput, kLimit, kUnsupported, with the place; memory that runs out is kLimit. Warnings go
+// to `diagnostics`.
+Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
+                                Diagnostics& diagnostics, std::size_t max_bytes = kMaxFileBytes);
+
+// Writes `mesh` in the format of the ending of `path` into `files`, to appear with files.commit().
+// "-" needs `format`. Fills in options.file_stem, empty for stdout and devices. The answer's
+// `files` is empty. Errors: kUsage for an unknown ending, kOutput, kUnsupported.
+Result<WrittenMesh> write_mesh_file(const std::string& path, const TriangleMesh& mesh,
+                                    WriteOptions options, OutputFiles& files,
+                                    const Format* format = nullptr);
+
+// ".stl, .obj, ..." of the formats that can be read, or written, for messages.
+std::string endings_of_formats(bool written);
+
+}  // namespace diesink

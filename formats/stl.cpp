@@ -1,0 +1,189 @@
+// STL: the reader is in stl_read.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/stl.h"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "formats/byte_sink.h"
+#include "formats/element_runs.h"
+#include "formats/registry.h"
+#include "formats/text_number.h"
+#include "formats/written_mesh.h"
+
+namespace diesink {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "binary files are written as memory holds them");
+
+using Vec3f = std::array<float, 3>;
+
+Vec3f to_float(const Vec3& p) {
+  // Adding zero turns -0 into 0: equal positions stay equal to the bit.
+  return {static_cast<float>(p.x()) + 0.0F, static_cast<float>(p.y()) + 0.0F,
+          static_cast<float>(p.z()) + 0.0F};
+}
+
+// Of the exact positions: a triangle that float rounding flattens keeps its direction. Zero for a
+// degenerate one.
+Vec3 facet_normal(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  const Vec3 a = mesh.positions[t[0]];
+  const Vec3 n = (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a);
+  const double length = n.norm();
+  if (!(length > 0)) return Vec3::Zero();
+  return n / length;
+}
+
+// 80 bytes that never begin with "solid": the units first, since a long name is cut.
+std::array<char, 80> binary_header(const TriangleMesh& mesh, const WriteOptions& options) {
+  std::string text = one_line(options.program_comment);
+  if (text.empty() || text.starts_with("solid")) text = "diesink";
+  if (text.size() > 24) text.resize(24);
+  if (mesh.unit != LengthUnit::kUnknown) text.append(" units=").append(name_of(mesh.unit));
+  if (mesh.up != UpAxis::kUnknown) text.append(mesh.up == UpAxis::kZ ? " up=z" : " up=y");
+  // Another program would take "COLOR=" in a name for the Magics colour mark.
+  if (!mesh.name.empty() && mesh.name.find("COLOR=") == std::string::npos) {
+    text.append(" name=").append(one_line(mesh.name));
+  }
+  std::array<char, 80> header{};
+  std::memcpy(header.data(), text.data(), std::min(text.size(), header.size()));
+  return header;
+}
+
+// The layout of VisCAM and SolidView: bit 15 says that a colour is there, then 5 bits each of red,
+// green, blue.
+std::uint16_t attribute_of(const MeshElement& element) {
+  if (!element.color) return 0;
+  const auto five = [&](std::size_t i) {
+    return static_cast<unsigned>((*element.color)[i] * 31 + 127) / 255;
+  };
+  return static_cast<std::uint16_t>(0x8000U | five(0) << 10 | five(1) << 5 | five(2));
+}
+
+Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& options,
+                                  FileSet& files) {
+  if (mesh.triangles.size() > 0xFFFFFFFFU) {
+    return Error{ErrorCode::kUnsupported, "binary STL counts triangles in 32 bits", {}};
+  }
+  const Result<ByteSink*> sink = files.file("");
+  if (!sink) return sink.error();
+  WrittenMesh written;
+  const double limit = static_cast<double>(std::numeric_limits<float>::max());
+  for (const Vec3& p : mesh.positions) {
+    if (!(p.cwiseAbs().maxCoeff() <= limit)) {
+      return Error{
+          ErrorCode::kUnsupported, "a coordinate is too large for STL's 32-bit numbers", {}};
+    }
+    const Vec3f f = to_float(p);
+    const double off =
+        (Vec3(static_cast<double>(f[0]), static_cast<double>(f[1]), static_cast<double>(f[2])) - p)
+            .squaredNorm();
+    written.deviation = std::max(written.deviation, off);
+  }
+  written.deviation = std::sqrt(written.deviation);
+
+  std::vector<std::uint16_t> attributes(std::max<std::size_t>(mesh.elements.size(), 1), 0);
+  for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+    attributes[e] = attribute_of(mesh.elements[e]);
+
+  ByteWriter out(**sink);
+  const std::array<char, 80> header = binary_header(mesh, options);
+  out << std::string_view(header.data(), header.size());
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  char* at = out.room(4);
+  std::memcpy(at, &count, 4);
+  out.wrote(at + 4);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const std::array<std::uint32_t, 3>& t = mesh.triangles[i];
+    at = out.room(kStlFacetBytes);
+    const Vec3f normal = to_float(facet_normal(mesh, t));
+    std::memcpy(at, normal.data(), 12);
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const Vec3f p = to_float(mesh.positions[t[corner]]);
+      std::memcpy(at + 12 + 12 * corner, p.data(), 12);
+    }
+    const std::uint16_t attribute = attributes[element_of(mesh, i)];
+    std::memcpy(at + 48, &attribute, 2);
+    out.wrote(at + kStlFacetBytes);
+  }
+  if (const Status done = out.finish(); !done) return done.error();
+  return written;
+}
+
+char* put_vector(char* at, std::string_view word, const Vec3& v) {
+  std::memcpy(at, word.data(), word.size());
+  at += word.size();
+  for (int i = 0; i < 3; ++i) {
+    *at++ = ' ';
+    at = put_number(at, v[i]);
+  }
+  *at++ = '\n';
+  return at;
+}
+
+Result<WrittenMesh> stream_ascii(const TriangleMesh& mesh, FileSet& files) {
+  const Result<ByteSink*> sink = files.file("");
+  if (!sink) return sink.error();
+  ByteWriter out(**sink);
+  const ElementRuns runs = element_runs(mesh);
+  for (std::size_t e = 0; e < runs.count(); ++e) {
+    // An element without triangles is no solid; a mesh without any is still a file that says so.
+    if (runs.of(e).empty() && !(mesh.triangles.empty() && e == 0)) continue;
+    const std::string name = one_line(e < mesh.elements.size() ? mesh.elements[e].name : mesh.name);
+    const std::string_view blank = name.empty() ? "" : " ";
+    out << "solid" << blank << name << '\n';
+    for (const std::uint32_t i : runs.of(e)) {
+      const std::array<std::uint32_t, 3>& t = mesh.triangles[i];
+      constexpr std::size_t kFacetText = 512;
+      char* at = out.room(kFacetText);
+      at = put_vector(at, " facet normal", facet_normal(mesh, t));
+      constexpr std::string_view kLoop = "  outer loop\n", kEnd = "  endloop\n endfacet\n";
+      std::memcpy(at, kLoop.data(), kLoop.size());
+      at += kLoop.size();
+      for (const std::uint32_t corner : t) at = put_vector(at, "   vertex", mesh.positions[corner]);
+      std::memcpy(at, kEnd.data(), kEnd.size());
+      out.wrote(at + kEnd.size());
+    }
+    out << "endsolid" << blank << name << '\n';
+  }
+  if (const Status done = out.finish(); !done) return done.error();
+  return WrittenMesh{};
+}
+
+Result<WrittenMesh> stream_stl(const TriangleMesh& mesh, const WriteOptions& options,
+                               FileSet& files) {
+  return options.ascii ? stream_ascii(mesh, files) : stream_binary(mesh, options, files);
+}
+
+Result<WrittenMesh> write_stl(const TriangleMesh& mesh, const WriteOptions& options) {
+  return write_to_memory(stream_stl, mesh, options);
+}
+
+constexpr std::array<std::string_view, 2> kExtensions{".stl", ".stla"};
+
+}  // namespace
+
+const Format kStl{
+    .id = "stl",
+    .title = "STL (binary and ASCII)",
+    .extensions = kExtensions,
+    .positions = Keeps::kFloat32,
+    .names = Keeps::kYes,
+    .colors = Keeps::kYes,
+    .normals = Keeps::kNo,
+    .lines = Keeps::kNo,
+    .units = Keeps::kYes,
+    .sharing = Keeps::kNo,
+    .matches = looks_like_stl,
+    .read = nullptr,
+    .write = write_stl,
+    .stream = stream_stl,
+    .remarks =
+        "names and full precision in ASCII only; units, and colours of 15 bits, in binary only",
+};
+
+}  // namespace diesink
