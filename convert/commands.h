@@ -1,0 +1,11 @@
+// The subcommands there are, each defined at the end of its own source file.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "convert/command.h"
+
+namespace diesink {
+
+extern const Command kFormatsCommand;
+
+}  // namespace diesink

@@ -1,0 +1,70 @@
+// What the program says: messages and summaries, progress on stderr, and the exit status.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+#include "core/diagnostics.h"
+#include "core/result.h"
+
+namespace diesink {
+
+enum class ExitStatus : int {
+  kDone = 0,
+  kWrongUsage = 1,
+  kBadInput = 2,
+  kNotInThisBuild = 3,
+  kNotWritten = 4,
+  kNotKept = 5,  // done, but what was asked could not be kept
+};
+
+ExitStatus status_of(ErrorCode code);
+
+// True where stderr is a terminal and NO_COLOR is not set.
+bool errors_in_color();
+
+// The message on stderr, `error:` and `warning:` in colour on a terminal; gives back the exit
+// status it means.
+ExitStatus report(const Error& error);
+// Every diagnostic in turn; the status of the first error, kDone where there are only warnings.
+ExitStatus report(const Diagnostics& diagnostics);
+// `error: message` of wrong usage.
+ExitStatus report_usage(std::string_view message);
+void report_warning(std::string_view message);
+
+// A whole answer on stdout. A full disk or a closed pipe is kNotWritten, told on stderr.
+ExitStatus print(std::string_view text);
+
+// A progress line on stderr: only on a terminal, only once the work has lasted over a second.
+class Progress {
+ public:
+  // `work` is what is being done ("tessellating"); nothing is ever shown where `quiet`.
+  Progress(std::string work, bool quiet);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress();
+
+  // part: 0..1 of the work. Cheap to call often; from one thread at a time.
+  void update(double part);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string work_;
+  bool enabled_;
+  bool shown_ = false;
+  Clock::time_point start_;
+  Clock::time_point last_;
+};
+
+// Seconds since it was made or last asked.
+class Stopwatch {
+ public:
+  double lap();
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace diesink

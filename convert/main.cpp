@@ -1,0 +1,154 @@
+// The program: reads the command line, runs the chosen subcommand, ends with its exit status.
+// SPDX-License-Identifier: Apache-2.0
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "convert/arguments.h"
+#include "convert/commands.h"
+#include "core/nearest.h"
+#include "formats/output_file.h"
+
+namespace diesink {
+namespace {
+
+constexpr std::string_view kVersionLine = "diesink " DIESINK_VERSION "\n";
+
+// Ctrl-C: nothing half-written stays behind, and the shell sees which signal ended the program.
+extern "C" void on_interrupt(int signal) {
+  unlink_temporaries();
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);
+}
+
+void handle_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+  }
+  // A closed pipe and the file size limit are failed writes with a message, not a sudden end.
+  ::signal(SIGPIPE, SIG_IGN);
+  ::signal(SIGXFSZ, SIG_IGN);
+}
+
+std::string overview() {
+  std::string text(
+      "diesink: compound surfaces for dies, out to every CAD/CAM tool\n\n"
+      "usage: diesink COMMAND [OPTIONS]    (diesink COMMAND --help tells the options)\n\n");
+  std::size_t widest = 0;
+  for (const Command* each : all_commands()) widest = std::max(widest, each->name.size());
+  for (const Command* each : all_commands()) {
+    const std::string indent(4 + widest, ' ');
+    text += "  " + std::string(each->name) + std::string(widest - each->name.size() + 2, ' ');
+    text += std::string(each->summary) + "\n" + indent + "  " + std::string(each->example) + "\n";
+  }
+  return text +
+         "\n  --version, --help\n\n"
+         "exit status: 0 done, 1 wrong usage, 2 bad input, 3 not in this build,\n"
+         "             4 an output could not be written, 5 done but not kept to what was asked\n";
+}
+
+std::string meant(std::string_view word, const std::vector<std::string>& known) {
+  const std::vector<std::string_view> words(known.begin(), known.end());
+  const std::optional<std::size_t> near = nearest_word(word, words);
+  return near ? "; did you mean '" + known[*near] + "'?" : "";
+}
+
+std::string unknown_option(const CLI::App& command, const std::string& word) {
+  std::vector<std::string> known;
+  for (const CLI::Option* each : command.get_options()) {
+    for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
+  }
+  const std::string name = word.substr(0, word.find('='));
+  return command.get_name() + " has no option '" + name + "'" + meant(name, known);
+}
+
+// What CLI11 found wrong, told our way. An option nobody knows comes first: the rest of the line
+// was read without it.
+ExitStatus report_wrong_usage(const CLI::App& command, const CLI::ParseError& problem) {
+  std::string message = problem.what();
+  for (const std::string& word : command.remaining()) {
+    const bool is_option = word.size() > 1 && word[0] == '-';
+    message = is_option ? unknown_option(command, word) : "one argument too many: '" + word + "'";
+    if (is_option) break;
+  }
+  report_usage(message + " (diesink " + command.get_name() + " --help tells the options)");
+  return ExitStatus::kWrongUsage;
+}
+
+struct Chosen {
+  const Command* command = nullptr;
+  std::unique_ptr<CLI::App> app;
+  CommonOptions common;
+  std::optional<int> threads;
+  Run run;
+};
+
+void prepare(Chosen& chosen) {
+  const Command& command = *chosen.command;
+  chosen.app = std::make_unique<CLI::App>(std::string(command.summary), std::string(command.name));
+  chosen.run = command.setup(*chosen.app);
+  constexpr int kMaxThreads = 1024;
+  add_whole_number(*chosen.app, "--threads", chosen.threads, "threads to use (default: all cores)",
+                   1, kMaxThreads);
+  chosen.app->add_flag("--quiet", chosen.common.quiet, "no progress and no summary");
+  if (command.reports) {
+    chosen.app->add_flag("--json", chosen.common.json,
+                         "one JSON object on stdout, nothing else there");
+  }
+  chosen.app->footer("\nExample:\n  " + std::string(command.example));
+}
+
+ExitStatus run_command(const Command& command, int count, char** words) {
+  Chosen chosen;
+  chosen.command = &command;
+  prepare(chosen);
+  try {
+    chosen.app->parse(count, words);
+  } catch (const CLI::CallForHelp&) {
+    return print(chosen.app->help("diesink"));
+  } catch (const CLI::ParseError& problem) {
+    return report_wrong_usage(*chosen.app, problem);
+  }
+  chosen.common.threads = chosen.threads.value_or(0);
+  return chosen.run(chosen.common);
+}
+
+ExitStatus run_program(int count, char** words) {
+  if (count < 2) {
+    report_usage("a command is missing");
+    return print(overview()), ExitStatus::kWrongUsage;
+  }
+  const std::string_view word = words[1];
+  if (word == "--version") return print(kVersionLine);
+  if (word == "--help" || word == "-h") return print(overview());
+  std::vector<std::string> known;
+  for (const Command* each : all_commands()) {
+    if (each->name == word) return run_command(*each, count - 1, words + 1);
+    known.emplace_back(each->name);
+  }
+  return report_usage("there is no command '" + std::string(word) + "'" + meant(word, known) +
+                      " (diesink --help lists them)");
+}
+
+}  // namespace
+}  // namespace diesink
+
+int main(int count, char** words) {
+  diesink::handle_signals();
+  try {
+    return static_cast<int>(diesink::run_program(count, words));
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(diesink::report(
+        diesink::Error{diesink::ErrorCode::kLimit, "out of memory", {"diesink", 0, 0, -1}}));
+  }
+}
