@@ -25,7 +25,8 @@ NumberFault read_number(std::string_view text, double& value) {
     return NumberFault::kNotFinite;
   }
 
-  // The grammar is checked here: from_chars alone would stop at a D and take hexadecimal-like tails as the end.
+  // The grammar is checked here: from_chars alone would stop at a D and take hexadecimal-like tails
+  // as the end.
   std::size_t at = 0, digits = 0;
   // Decimal place of the first digit that is not zero: tells an overflow from an underflow.
   long long leading = 0;

@@ -15,9 +15,9 @@ enum class NumberFault : std::uint8_t {
   kTooLarge,    // a decimal number beyond the range of double
 };
 
-// `30`, `.8`, `-1`, `1.5E-3`, `+2.`, `1.D0`: a decimal number that fills the whole text, blanks excluded.
-// E and D, in either case, begin the exponent. A number too small for a double reads as 0; -0 reads as 0.
-// On a fault `value` is left alone.
+// `30`, `.8`, `-1`, `1.5E-3`, `+2.`, `1.D0`: a decimal number that fills the whole text, blanks
+// excluded. E and D, in either case, begin the exponent. A number too small for a double reads as
+// 0; -0 reads as 0. On a fault `value` is left alone.
 NumberFault read_number(std::string_view text, double& value);
 
 // The shortest text that reads back as the same double; never "-0".

@@ -27,8 +27,9 @@ std::array<double, 4> cell_turns(const FergusonBase& base, int i, int j) {
   return {plan_turn(d, a, b), plan_turn(a, b, c), plan_turn(b, c, d), plan_turn(c, d, a)};
 }
 
-// The plain folds: a cell that lies wholly the other way round than the grid as a whole, or no cell with any area.
-// What the curved patches do between their corners is checked where the surface is built.
+// The plain folds: a cell that lies wholly the other way round than the grid as a whole, or no cell
+// with any area. What the curved patches do between their corners is checked where the surface is
+// built.
 void check_folds(const FergusonBase& base, const StatementList& points, const Statement& header,
                  Report& report) {
   double total = 0;
@@ -44,14 +45,17 @@ void check_folds(const FergusonBase& base, const StatementList& points, const St
   for (int j = 0; j + 1 < base.rows; ++j) {
     for (int i = 0; i + 1 < base.columns; ++i) {
       const std::array<double, 4> turns = cell_turns(base, i, j);
-      if (!std::ranges::all_of(turns, [&](double turn) { return total > 0 ? turn <= 0 : turn >= 0; })) {
+      if (!std::ranges::all_of(turns,
+                               [&](double turn) { return total > 0 ? turn <= 0 : turn >= 0; })) {
         continue;
       }
-      const Statement& at = *points[static_cast<std::size_t>(j) * static_cast<std::size_t>(base.columns) +
-                                    static_cast<std::size_t>(i)];
+      const Statement& at =
+          *points[static_cast<std::size_t>(j) * static_cast<std::size_t>(base.columns) +
+                  static_cast<std::size_t>(i)];
       report.error(at, at.column,
-                   "the base grid is folded in plan: the cell from point (" + std::to_string(i + 1) +
-                       ',' + std::to_string(j + 1) + ") lies the other way round than the grid");
+                   "the base grid is folded in plan: the cell from point (" +
+                       std::to_string(i + 1) + ',' + std::to_string(j + 1) +
+                       ") lies the other way round than the grid");
       return;
     }
   }
@@ -69,17 +73,21 @@ BaseSurface read_ferguson(const Statement& header, std::size_t first, const Stat
   }
   FergusonBase base;
   constexpr int kMost = static_cast<int>(kMaxStatements);
-  const bool columns = read_count(header, first, 2, kMost, "a row has 2 to 100000 points", base.columns, report);
-  const bool rows = read_count(header, first + 1, 2, kMost, "a grid has 2 to 100000 rows", base.rows, report);
+  const bool columns =
+      read_count(header, first, 2, kMost, "a row has 2 to 100000 points", base.columns, report);
+  const bool rows =
+      read_count(header, first + 1, 2, kMost, "a grid has 2 to 100000 rows", base.rows, report);
   if (!columns || !rows) return {};
-  const std::size_t expected = static_cast<std::size_t>(base.columns) * static_cast<std::size_t>(base.rows);
+  const std::size_t expected =
+      static_cast<std::size_t>(base.columns) * static_cast<std::size_t>(base.rows);
   bool good = true;
   for (const Statement* s : rest) {
     double first_number = 0;
     const bool keyword = read_number(s->fields[0].text, first_number) == NumberFault::kNotANumber &&
                          !s->fields[0].text.empty() && s->field_count != 3;
     if (keyword) {
-      report.error(*s, s->column, "unknown statement " + quoted(s->body) + "; a base point x,y,z is expected");
+      report.error(*s, s->column,
+                   "unknown statement " + quoted(s->body) + "; a base point x,y,z is expected");
       good = false;
       continue;
     }
@@ -113,15 +121,17 @@ BaseSurface read_plane(const Statement& header, const StatementList& rest, Repor
   for (const Statement* s : rest) {
     const std::string keyword = upper_case(s->fields[0].text);
     if ((keyword != "P1" && keyword != "NOR") || header.field_count != 1) {
-      report.error(*s, s->column,
-                   header.field_count != 1
-                       ? "PLANE,z takes no further statement (got " + quoted(s->body) + ')'
-                       : "unknown statement " + quoted(s->fields[0].text) + "; PLANE takes P1 and NOR");
+      report.error(
+          *s, s->column,
+          header.field_count != 1
+              ? "PLANE,z takes no further statement (got " + quoted(s->body) + ')'
+              : "unknown statement " + quoted(s->fields[0].text) + "; PLANE takes P1 and NOR");
       continue;
     }
     const Statement*& given = keyword == "P1" ? point : normal;
     if (given != nullptr) {
-      report.error(*s, s->column, keyword + " was already given at line " + std::to_string(given->line));
+      report.error(*s, s->column,
+                   keyword + " was already given at line " + std::to_string(given->line));
       continue;
     }
     given = s;
@@ -133,15 +143,18 @@ BaseSurface read_plane(const Statement& header, const StatementList& rest, Repor
       // Below 1e-9 the plane is steeper than the coordinate limit can follow.
       if (zero || std::fabs(plane.normal[2]) < 1e-9) {
         report.error(*s, s->fields[zero ? 1 : 3],
-                     zero ? "NOR must not be the zero vector"
-                          : "NOR lies in plan: a base plane must not be vertical (k must not be 0)");
+                     zero
+                         ? "NOR must not be the zero vector"
+                         : "NOR lies in plan: a base plane must not be vertical (k must not be 0)");
       }
     }
   }
   if (header.field_count == 1 && (point == nullptr || normal == nullptr)) {
     report.error(header, header.column,
                  std::string("PLANE lacks ") +
-                     (point != nullptr ? "NOR" : normal != nullptr ? "P1" : "P1 and NOR") +
+                     (point != nullptr    ? "NOR"
+                      : normal != nullptr ? "P1"
+                                          : "P1 and NOR") +
                      "; it takes P1 and NOR, or is PLANE,z");
   }
   if (plane.normal[2] < 0) plane.normal = (-plane.normal).array() + 0.0;
@@ -158,7 +171,8 @@ BaseSurface read_mesh(const Statement& header, const StatementList& rest, Report
     mesh.path = header.body.substr(header.fields[1].column - header.column);
     mesh.where.column = header.fields[1].column;
     if (std::ranges::any_of(mesh.path, [](char c) { return (c >= 0 && c < 0x20) || c == 0x7F; })) {
-      report.error(header, header.fields[1], "the path " + quoted(mesh.path) + " holds a control character");
+      report.error(header, header.fields[1],
+                   "the path " + quoted(mesh.path) + " holds a control character");
     }
   }
   using Kind = MeshPlacement::Kind;
@@ -172,30 +186,35 @@ BaseSurface read_mesh(const Statement& header, const StatementList& rest, Report
                              {"ROTX", Kind::kRotateX, 1},
                              {"ROTY", Kind::kRotateY, 1},
                              {"ROTZ", Kind::kRotateZ, 1}};
-  const std::vector<std::string_view> known = {"SCALE", "MOVE", "ROTX", "ROTY", "ROTZ", "NORMALS", "FILL"};
+  const std::vector<std::string_view> known = {"SCALE", "MOVE",    "ROTX", "ROTY",
+                                               "ROTZ",  "NORMALS", "FILL"};
   const Statement *normals = nullptr, *fill = nullptr;
   for (const Statement* s : rest) {
     const std::string keyword = upper_case(s->fields[0].text);
     const auto step = std::ranges::find(kSteps, keyword, &Step::keyword);
     if (step != std::end(kSteps)) {
       MeshPlacement placement{step->kind, Vec3::Zero()};
-      if (!read_numbers(*s, 1, step->numbers, step->kind == Kind::kMove, keyword, placement.value.data(), report)) {
+      if (!read_numbers(*s, 1, step->numbers, step->kind == Kind::kMove, keyword,
+                        placement.value.data(), report)) {
         continue;
       }
       if (step->kind == Kind::kScale && placement.value[0] <= 0) {
-        report.error(*s, s->fields[1], "SCALE must be greater than 0 (got " + number_text(placement.value[0]) + ')');
+        report.error(*s, s->fields[1],
+                     "SCALE must be greater than 0 (got " + number_text(placement.value[0]) + ')');
       }
       mesh.placement.push_back(placement);
     } else if (keyword == "NORMALS" || keyword == "FILL") {
       const Statement*& given = keyword == "FILL" ? fill : normals;
       if (given != nullptr) {
-        report.error(*s, s->column, keyword + " was already given at line " + std::to_string(given->line));
+        report.error(*s, s->column,
+                     keyword + " was already given at line " + std::to_string(given->line));
         continue;
       }
       given = s;
       if (keyword == "FILL") {
         if (read_numbers(*s, 1, 1, true, keyword, &mesh.fill_size, report) && mesh.fill_size <= 0) {
-          report.error(*s, s->fields[1], "FILL must be greater than 0 (got " + number_text(mesh.fill_size) + ')');
+          report.error(*s, s->fields[1],
+                       "FILL must be greater than 0 (got " + number_text(mesh.fill_size) + ')');
         }
       } else if (s->field_count != 2 || upper_case(s->fields[1].text) != "SMOOTH") {
         report.error(*s, s->fields[s->field_count > 1 ? 1 : 0], "NORMALS takes the word SMOOTH");
@@ -204,8 +223,8 @@ BaseSurface read_mesh(const Statement& header, const StatementList& rest, Report
       }
     } else {
       report.error(*s, s->column,
-                   "unknown statement " + quoted(s->fields[0].text) + "; MESH takes " + word_list(known) +
-                       suggestion(keyword, known));
+                   "unknown statement " + quoted(s->fields[0].text) + "; MESH takes " +
+                       word_list(known) + suggestion(keyword, known));
     }
   }
   return mesh;
@@ -232,13 +251,14 @@ BaseSurface read_base(const Section& section, Report& report) {
   if (keyword == "NONE") {
     if (header.field_count > 1) report.error(header, header.column, "NONE stands alone");
     if (!rest.empty()) {
-      report.error(*rest[0], rest[0]->column, "NONE takes no further statement (got " + quoted(rest[0]->body) + ')');
+      report.error(*rest[0], rest[0]->column,
+                   "NONE takes no further statement (got " + quoted(rest[0]->body) + ')');
     }
     return {};
   }
   report.error(header, header.column,
-               "unknown base surface " + quoted(header.fields[0].text) + "; " + word_list(kBases, "or") +
-                   " is expected" + suggestion(keyword, kBases));
+               "unknown base surface " + quoted(header.fields[0].text) + "; " +
+                   word_list(kBases, "or") + " is expected" + suggestion(keyword, kBases));
   return {};
 }
 

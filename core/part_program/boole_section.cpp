@@ -43,8 +43,8 @@ class ExpressionReader {
   Report& report_;
   std::vector<std::string_view> known_;
 
-  bool operand_next_ = true;   // a term or group is expected, not an operator
-  bool operator_read_ = false; // and an operator stands before it
+  bool operand_next_ = true;    // a term or group is expected, not an operator
+  bool operator_read_ = false;  // and an operator stands before it
   Sign sign_ = Sign::kPlus;
   std::vector<Open> open_;
   const Statement* last_ = nullptr;
@@ -180,7 +180,8 @@ void ExpressionReader::end(const Statement& header) {
     return;
   }
   if (operator_read_) {
-    report_.error(*last_, last_column_, "the expression ends with an operator; a name is expected after it");
+    report_.error(*last_, last_column_,
+                  "the expression ends with an operator; a name is expected after it");
   }
   for (const Open& group : open_) report_.error(*group.statement, group.column, "( is not closed");
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "core/nearest_word.h"
+#include "core/nearest.h"
 #include "core/number.h"
 #include "core/part_program/sections.h"
 
@@ -15,7 +15,8 @@ bool read_field(const Statement& statement, std::size_t index, double& value, Re
     return false;
   }
   switch (read_number(field.text, value)) {
-    case NumberFault::kNone: return true;
+    case NumberFault::kNone:
+      return true;
     case NumberFault::kNotANumber:
       report.error(statement, field, quoted(field.text) + " is not a number");
       return false;
@@ -59,8 +60,8 @@ bool read_count(const Statement& statement, std::size_t index, int least, int mo
   if (!read_field(statement, index, number, report)) return false;
   if (number != std::floor(number) || number < least || number > most) {
     report.error(statement, statement.fields[index],
-                 std::string(what) + " (got " + std::string(statement.fields[index].text.substr(0, 40)) +
-                     ')');
+                 std::string(what) + " (got " +
+                     std::string(statement.fields[index].text.substr(0, 40)) + ')');
     return false;
   }
   value = static_cast<int>(number);
@@ -68,8 +69,9 @@ bool read_count(const Statement& statement, std::size_t index, int least, int mo
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
-  const std::string_view nearest = nearest_word(word, known);
-  return nearest.empty() ? std::string() : "; did you mean " + std::string(nearest) + '?';
+  if (word.size() < 2) return {};  // one letter may be meant for any other
+  const std::optional<std::size_t> nearest = nearest_word(word, known);
+  return nearest ? "; did you mean " + std::string(known[*nearest]) + '?' : std::string();
 }
 
 std::string word_list(const std::vector<std::string_view>& words, std::string_view last) {

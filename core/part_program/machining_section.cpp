@@ -20,8 +20,14 @@ struct StatementKind {
 };
 
 constexpr StatementKind kStatements[] = {
-    {"X-RNG", 2, Rule::kRange, [](Machining& m, const double* v) { m.x_range = {v[0], v[1]}; }},
-    {"Y-RNG", 2, Rule::kRange, [](Machining& m, const double* v) { m.y_range = {v[0], v[1]}; }},
+    {"X-RNG", 2, Rule::kRange,
+     [](Machining& m, const double* v) {
+       m.x_range = {v[0], v[1]};
+     }},
+    {"Y-RNG", 2, Rule::kRange,
+     [](Machining& m, const double* v) {
+       m.y_range = {v[0], v[1]};
+     }},
     {"X-INT", 1, Rule::kPositive, [](Machining& m, const double* v) { m.x_interval = v[0]; }},
     {"Y-INT", 1, Rule::kPositive,
      [](Machining& m, const double* v) {
@@ -31,7 +37,10 @@ constexpr StatementKind kStatements[] = {
     {"TOLER", 1, Rule::kPositive, [](Machining& m, const double* v) { m.tolerance = v[0]; }},
     {"INTOL", 1, Rule::kNotNegative, [](Machining& m, const double* v) { m.intol = v[0]; }},
     {"OUTTOL", 1, Rule::kNotNegative, [](Machining& m, const double* v) { m.outtol = v[0]; }},
-    {"CUTTER", 2, Rule::kCutter, [](Machining& m, const double* v) { m.cutter = Cutter{v[0], v[1]}; }},
+    {"CUTTER", 2, Rule::kCutter,
+     [](Machining& m, const double* v) {
+       m.cutter = Cutter{v[0], v[1]};
+     }},
     {"CUSP", 1, Rule::kPositive, [](Machining& m, const double* v) { m.cusp = v[0]; }},
     {"FEDRAT", 1, Rule::kPositive, [](Machining& m, const double* v) { m.feed = v[0]; }},
     {"SPINDL", 1, Rule::kPositive, [](Machining& m, const double* v) { m.spindle = v[0]; }},
@@ -63,15 +72,19 @@ std::string fault_of(const StatementKind& kind, const double* v, std::size_t& fi
                  ? std::string()
                  : "the cutter's corner radius must be from 0 to half the diameter, " +
                        number_text(v[0] / 2) + " (got " + number_text(v[1]) + ')';
-    case Rule::kAny: break;
+    case Rule::kAny:
+      break;
   }
   return {};
 }
 
-// Plan box of what the domain follows from where it is not stated; empty (low > high) where there is nothing.
+// Plan box of what the domain follows from where it is not stated; empty (low > high) where there
+// is nothing.
 struct Extent {
-  double low[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  double high[2] = {-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  double low[2] = {std::numeric_limits<double>::infinity(),
+                   std::numeric_limits<double>::infinity()};
+  double high[2] = {-std::numeric_limits<double>::infinity(),
+                    -std::numeric_limits<double>::infinity()};
 
   void add(const Vec3& p) {
     for (int k = 0; k < 2; ++k) {
@@ -89,7 +102,8 @@ Extent natural_extent(const PartProgram& program) {
   }
   for (const BooleanStep& step : program.boole) {
     if (step.kind != BooleanStep::Kind::kTerm || step.surface == 0) continue;
-    const std::array<Vec3, 2> box = bounds_of(program.solids[static_cast<std::size_t>(step.surface - 1)].body);
+    const std::array<Vec3, 2> box =
+        bounds_of(program.solids[static_cast<std::size_t>(step.surface - 1)].body);
     extent.add(box[0]);
     extent.add(box[1]);
   }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/nearest_word.h"
+#include "core/nearest.h"
 #include "core/part_program/sections.h"
 
 namespace diesink {
@@ -37,8 +37,9 @@ class SectionSplitter {
         std::vector<std::string_view> known = kSectionWords;
         known.emplace_back("UNITS");
         report_.error(s, s.column,
-                      "unknown statement " + quoted(s.fields[0].text) + " before the first section; " +
-                          word_list(known, "or") + " is expected" + suggestion(keyword, known));
+                      "unknown statement " + quoted(s.fields[0].text) +
+                          " before the first section; " + word_list(known, "or") + " is expected" +
+                          suggestion(keyword, known));
         continue;
       }
       if (!passed_over_) sections[current_].statements.push_back(&s);
@@ -57,12 +58,12 @@ class SectionSplitter {
       if (s.field_count != 1 || keyword.find('-') == std::string::npos || is_expression(keyword)) {
         return false;
       }
-      const std::string_view meant = nearest_word(keyword, kSectionWords);
-      if (meant.empty()) return false;
+      const std::optional<std::size_t> meant = nearest_word(keyword, kSectionWords);
+      if (!meant) return false;
       report_.error(s, s.column,
                     "unknown section " + quoted(s.fields[0].text) + "; did you mean " +
-                        std::string(meant) + '?');
-      word = std::ranges::find(kSectionWords, meant);
+                        std::string(kSectionWords[*meant]) + '?');
+      word = kSectionWords.begin() + static_cast<std::ptrdiff_t>(*meant);
     } else if (s.field_count != 1) {
       report_.error(s, s.fields[1], keyword + " stands alone on its line");
     }
@@ -144,9 +145,9 @@ PartProgram read_sections(const Statements& statements, Report& report) {
   }
   MachiningSection machining;
   const Section no_section;
-  machining = read_machining(
-      sections[kMachining].header != nullptr ? sections[kMachining] : no_section, program.unit,
-      report);
+  machining =
+      read_machining(sections[kMachining].header != nullptr ? sections[kMachining] : no_section,
+                     program.unit, report);
   program.machining = machining.machining;
   if (sections[kBoole].header != nullptr) {
     program.boole = read_expression(sections[kBoole], names, &sections[kBase], has_base, report);

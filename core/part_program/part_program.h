@@ -16,8 +16,8 @@
 namespace diesink {
 
 struct Solid {
-  std::string id;           // upper case, "S2"
-  std::string_view type;    // canonical keyword of the kinds table, "R-CYLI"
+  std::string id;         // upper case, "S2"
+  std::string_view type;  // canonical keyword of the kinds table, "R-CYLI"
   int option = 1;
   Body body;
   Place where;
@@ -44,8 +44,8 @@ struct MeshPlacement {
 struct MeshBase {
   std::string path;  // as written; relative to the program's folder
   std::vector<MeshPlacement> placement;
-  bool smooth_normals = false;      // NORMALS,SMOOTH
-  double fill_size = 0;             // FILL,size; 0 = none
+  bool smooth_normals = false;  // NORMALS,SMOOTH
+  double fill_size = 0;         // FILL,size; 0 = none
   Place where;
 };
 
@@ -73,7 +73,7 @@ struct Machining {
   double x_interval = 0;  // resolved: stated, or 1/100 of the longer side
   double y_interval = 0;
   bool y_interval_stated = false;
-  double tolerance = 0.01;  // resolved: 0.01 mm in the program's unit by default
+  double tolerance = 0.01;              // resolved: 0.01 mm in the program's unit by default
   std::optional<double> intol, outtol;  // where stated
   std::optional<Cutter> cutter;
   std::optional<double> cusp;
@@ -91,8 +91,10 @@ struct PartProgram {
 };
 
 // Reads a whole part program: text to checked data.
-// Errors: at most 20 are kept, with place and source line; warnings besides. Empty optional where there was an error.
-//         A MESH base whose domain is not stated leaves x_range/y_range at {0, 0}: the scan is not read here.
+// Errors: at most 20 are kept, with place and source line; warnings besides. Empty optional where
+// there was an error.
+//         A MESH base whose domain is not stated leaves x_range/y_range at {0, 0}: the scan is not
+//         read here.
 // Never throws for bad data; any byte string is accepted as input.
 std::optional<PartProgram> parse_part_program(std::string_view text, std::string_view file_name,
                                               Diagnostics& diagnostics);

@@ -17,8 +17,8 @@ void Report::error(std::uint32_t line, std::string message, ErrorCode code) {
 }
 
 void Report::warning(const Statement& at, std::uint32_t column, std::string message) {
-  messages_.push_back({Severity::kWarning, ErrorCode::kInput, at.line, column, at.line_text,
-                       std::move(message)});
+  messages_.push_back(
+      {Severity::kWarning, ErrorCode::kInput, at.line, column, at.line_text, std::move(message)});
 }
 
 Place Report::place(const Statement& at, std::uint32_t column) const {

@@ -31,7 +31,8 @@ class Report {
   [[nodiscard]] bool has_errors() const { return has_errors_; }
   [[nodiscard]] Place place(const Statement& at, std::uint32_t column) const;
 
-  // The first kMaxErrors errors and kMaxWarnings warnings by line and column, and how many warnings were left out.
+  // The first kMaxErrors errors and kMaxWarnings warnings by line and column, and how many warnings
+  // were left out.
   void hand_over(Diagnostics& diagnostics);
 
  private:

@@ -39,7 +39,8 @@ struct MachiningSection {
 std::vector<Solid> read_solids(const Section& section, SolidNames& names, Report& report);
 BaseSurface read_base(const Section& section, Report& report);
 std::vector<BooleanStep> read_expression(const Section& section, const SolidNames& names,
-                                         const Section* base_section, bool has_base, Report& report);
+                                         const Section* base_section, bool has_base,
+                                         Report& report);
 MachiningSection read_machining(const Section& section, LengthUnit unit, Report& report);
 
 // Fills in domain and spacing where they were not stated, and checks both.

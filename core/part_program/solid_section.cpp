@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "core/nearest_word.h"
+#include "core/nearest.h"
 #include "core/number.h"
 #include "core/part_program/sections.h"
 #include "core/solids/frame.h"
@@ -66,9 +66,9 @@ SolidReader::Second SolidReader::second_field(std::string_view word) const {
   if (find_solid_kind(word) != nullptr) return Second::kType;
   double number = 0;
   if (read_number(word, number) != NumberFault::kNotANumber) return Second::kNumber;
-  if (!nearest_word(word, types_).empty()) return Second::kNearType;
-  const bool begins_like_one =
-      word.empty() || is_digit(word.front()) || std::string_view("+-.").find(word.front()) != std::string_view::npos;
+  if (nearest_word(word, types_)) return Second::kNearType;
+  const bool begins_like_one = word.empty() || is_digit(word.front()) ||
+                               std::string_view("+-.").find(word.front()) != std::string_view::npos;
   return begins_like_one ? Second::kNumber : Second::kOther;
 }
 
@@ -82,9 +82,12 @@ void SolidReader::statement(const Statement& s) {
   if (s.field_count == 1) return known ? data(s, index) : stray(s, keyword);
   switch (second_field(upper_case(s.fields[1].text))) {
     case Second::kType:
-    case Second::kNearType: return header(s);
-    case Second::kNumber: return known ? data(s, index) : stray(s, keyword);
-    case Second::kOther: return known ? data(s, index) : header(s);
+    case Second::kNearType:
+      return header(s);
+    case Second::kNumber:
+      return known ? data(s, index) : stray(s, keyword);
+    case Second::kOther:
+      return known ? data(s, index) : header(s);
   }
 }
 
@@ -178,20 +181,21 @@ void SolidReader::data(const Statement& s, std::size_t index) {
 
 // A statement that is neither a header nor one of the solid's data.
 void SolidReader::stray(const Statement& s, const std::string& keyword) {
-  if (header_ != nullptr && option_ == nullptr && s.field_count > 1) return;  // its header was in error
+  if (header_ != nullptr && option_ == nullptr && s.field_count > 1)
+    return;  // its header was in error
   const bool is_data = std::ranges::find(all_fields_, keyword) != all_fields_.end();
   if (option_ == nullptr) {
-    report_.error(s, s.fields[0],
-                  is_data ? keyword + " stands before the first solid; a header ID,TYPE,OPTION is expected"
-                          : "unknown statement " + quoted(s.body) +
-                                "; a header ID,TYPE,OPTION is expected" +
-                                suggestion(keyword, all_fields_));
+    report_.error(
+        s, s.fields[0],
+        is_data ? keyword + " stands before the first solid; a header ID,TYPE,OPTION is expected"
+                : "unknown statement " + quoted(s.body) + "; a header ID,TYPE,OPTION is expected" +
+                      suggestion(keyword, all_fields_));
     return;
   }
   good_ = false;
   const std::vector<std::string_view> own = keywords_of(*option_);
-  std::string message = is_data ? id_ + " takes no " + keyword
-                                : "unknown statement " + quoted(s.fields[0].text);
+  std::string message =
+      is_data ? id_ + " takes no " + keyword : "unknown statement " + quoted(s.fields[0].text);
   message += "; " + std::string(kind_->keyword) + " option " + std::to_string(option_->number) +
              " takes " + word_list(own);
   report_.error(s, s.fields[0], message + (is_data ? std::string() : suggestion(keyword, own)));
@@ -213,8 +217,8 @@ void SolidReader::finish() {
   } else if (good_) {
     const Result<Body> body = option_->make(values_);
     if (body) {
-      solids_.push_back({id_, kind_->keyword, option_->number, *body,
-                         report_.place(s, s.fields[0].column)});
+      solids_.push_back(
+          {id_, kind_->keyword, option_->number, *body, report_.place(s, s.fields[0].column)});
       const int number = static_cast<int>(solids_.size());
       names_.surface.emplace(id_, number);
       names_.header.emplace(number, &s);

@@ -43,8 +43,9 @@ struct Statements {
   LexFault fault = LexFault::kNone;
 };
 
-// Lines end in LF or CRLF; `$$` and `#` begin a comment; a UTF-8 byte order mark is skipped (and not counted in columns).
-// Errors: a line over kMaxLineBytes or more than kMaxStatements end the list and set `fault`.
+// Lines end in LF or CRLF; `$$` and `#` begin a comment; a UTF-8 byte order mark is skipped (and
+// not counted in columns). Errors: a line over kMaxLineBytes or more than kMaxStatements end the
+// list and set `fault`.
 Statements split_statements(std::string_view text);
 
 // Letters in upper case; other bytes as they are.

@@ -15,8 +15,8 @@ constexpr FieldKind kRegularAxis[] = {
     {"P1", kPoint}, {"NOR", kDirection}, {"RAD", kLength}, {"LEN", kLength}};
 constexpr FieldKind kEllipticPoints[] = {
     {"P1", kPoint}, {"P2", kPoint}, {"LVE", kDirection}, {"L-R", kLength}, {"S-R", kLength}};
-constexpr FieldKind kEllipticAxis[] = {{"P1", kPoint},  {"NOR", kDirection}, {"LVE", kDirection},
-                                       {"L-R", kLength}, {"S-R", kLength},   {"LEN", kLength}};
+constexpr FieldKind kEllipticAxis[] = {{"P1", kPoint},   {"NOR", kDirection}, {"LVE", kDirection},
+                                       {"L-R", kLength}, {"S-R", kLength},    {"LEN", kLength}};
 
 template <QuadricShape kShape>
 Body regular(const Vec3& base, const Axis& axis, double radius) {

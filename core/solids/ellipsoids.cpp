@@ -1,5 +1,5 @@
-// Sphere and ellipsoid. Source: Choi, Lee, Hwang and Jun (1988), equation (9) and the frame before (10).
-// SPDX-License-Identifier: Apache-2.0
+// Sphere and ellipsoid. Source: Choi, Lee, Hwang and Jun (1988), equation (9) and the frame before
+// (10). SPDX-License-Identifier: Apache-2.0
 #include "core/solids/frame.h"
 #include "core/solids/kinds.h"
 
@@ -32,7 +32,8 @@ Result<Body> sphere_point(Values v) {
 }
 
 Result<Body> ellipsoid_turned(Values v) {
-  // frame_about puts the part of V1 across the axis V2 into the first row; the paper wants it as the local y axis.
+  // frame_about puts the part of V1 across the axis V2 into the first row; the paper wants it as
+  // the local y axis.
   const Vec3 axis = unit(v[2].value);
   const Result<Mat3> turned = frame_about(axis, v[1].value, "V1");
   if (!turned) {

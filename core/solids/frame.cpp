@@ -28,8 +28,8 @@ Vec3 unit(const Vec3& v) {
 }
 
 Mat3 frame_about(const Vec3& axis) {
-  // e_k x a for the coordinate axis e_k farthest from a: perpendicular to a to the last bit, because the two
-  // products of the dot product are the same numbers.
+  // e_k x a for the coordinate axis e_k farthest from a: perpendicular to a to the last bit,
+  // because the two products of the dot product are the same numbers.
   int k = 0;
   axis.cwiseAbs().minCoeff(&k);
   const Vec3 n = unit(Vec3::Unit(k).cross(axis));
@@ -53,7 +53,8 @@ Result<Axis> axis_between(const FieldValue& from, const FieldValue& to) {
   const Vec3 along = to.value - from.value;
   const double length = along.stableNorm();
   if (length < kLeastLength) {
-    return Error{ErrorCode::kInput, "P1 and P2 coincide; two different points are needed", to.where};
+    return Error{ErrorCode::kInput, "P1 and P2 coincide; two different points are needed",
+                 to.where};
   }
   return Axis{unit(along), length};
 }

@@ -13,11 +13,12 @@ namespace diesink {
 // Lengths below this say nothing: the coordinates may reach 1e9 and doubles carry 16 digits.
 inline constexpr double kLeastLength = 1e-9;
 
-// v / |v| without overflow or underflow, no negative zero; a vector along an axis comes out exactly along it.
-// Needs: v finite, not zero.
+// v / |v| without overflow or underflow, no negative zero; a vector along an axis comes out exactly
+// along it. Needs: v finite, not zero.
 Vec3 unit(const Vec3& v);
 
-// The frame (rows n, o, a) about a unit axis a. An axis along x, y or z gives entries of exactly 0 and +-1.
+// The frame (rows n, o, a) about a unit axis a. An axis along x, y or z gives entries of exactly 0
+// and +-1.
 Mat3 frame_about(const Vec3& axis);
 
 // The frame whose axis is a and whose first row is the part of `across` perpendicular to it.

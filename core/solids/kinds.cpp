@@ -7,17 +7,21 @@ namespace diesink {
 namespace {
 
 constexpr const SolidKind* kKinds[] = {
-    &kTetrahedron,     &kTriangularPrism, &kPyramid,          &kRectangularPrism,
-    &kRegularCone,     &kRegularCylinder, &kEllipticCone,     &kEllipticCylinder,
-    &kSphere,          &kEllipsoid,       &kParaboloid,
+    &kTetrahedron, &kTriangularPrism, &kPyramid,      &kRectangularPrism,
+    &kRegularCone, &kRegularCylinder, &kEllipticCone, &kEllipticCylinder,
+    &kSphere,      &kEllipsoid,       &kParaboloid,
 };
 
 std::string_view operands_of(FieldShape shape) {
   switch (shape) {
-    case FieldShape::kPoint: return ",x,y,z";
-    case FieldShape::kDirection: return ",i,j,k";
-    case FieldShape::kLength: return ",r";
-    case FieldShape::kHeight: return ",h";
+    case FieldShape::kPoint:
+      return ",x,y,z";
+    case FieldShape::kDirection:
+      return ",i,j,k";
+    case FieldShape::kLength:
+      return ",r";
+    case FieldShape::kHeight:
+      return ",h";
   }
   return "";
 }

@@ -1,6 +1,6 @@
-// The table of solids: parser, help, documentation and tests walk it. A new solid is a SolidKind in a file of its
-// own and a line in kinds.cpp (docs/adding-a-solid.md).
-// SPDX-License-Identifier: Apache-2.0
+// The table of solids: parser, help, documentation and tests walk it. A new solid is a SolidKind in
+// a file of its own and a line in kinds.cpp (docs/adding-a-solid.md). SPDX-License-Identifier:
+// Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,8 @@ struct SolidOption {
   int number = 1;
   std::span<const FieldKind> fields;
   std::string_view meaning;  // what the fields say, for help
-  // The body from the values, in the order of `fields`. An Error without a line is one of the whole solid.
+  // The body from the values, in the order of `fields`. An Error without a line is one of the whole
+  // solid.
   Result<Body> (*make)(std::span<const FieldValue> values) = nullptr;
 };
 
@@ -61,10 +62,11 @@ std::vector<std::string_view> solid_field_words();
 // "ID,R-CYLI,2 / P1,x,y,z / NOR,i,j,k / RAD,r / LEN,r": header and data statements of an option.
 std::string usage_of(const SolidKind& kind, const SolidOption& option);
 
-extern const SolidKind kTetrahedron, kTriangularPrism, kPyramid, kRectangularPrism;  // polyhedra.cpp
-extern const SolidKind kRegularCone, kEllipticCone;                                  // cones_cylinders.cpp
-extern const SolidKind kRegularCylinder, kEllipticCylinder;                          // cones_cylinders.cpp
-extern const SolidKind kSphere, kEllipsoid;                                          // ellipsoids.cpp
-extern const SolidKind kParaboloid;                                                  // paraboloid.cpp
+extern const SolidKind kTetrahedron, kTriangularPrism, kPyramid,
+    kRectangularPrism;                                       // polyhedra.cpp
+extern const SolidKind kRegularCone, kEllipticCone;          // cones_cylinders.cpp
+extern const SolidKind kRegularCylinder, kEllipticCylinder;  // cones_cylinders.cpp
+extern const SolidKind kSphere, kEllipsoid;                  // ellipsoids.cpp
+extern const SolidKind kParaboloid;                          // paraboloid.cpp
 
 }  // namespace diesink

@@ -16,8 +16,8 @@ constexpr FieldKind kFocus[] = {
     {"P1", kPoint}, {"NOR", kDirection}, {"FOC", kLength}, {"LEN", kLength}};
 
 Body paraboloid(const Vec3& vertex, const Axis& axis, double a) {
-  return QuadricBody{QuadricShape::kParaboloid, vertex, frame_about(axis.direction), a, a,
-                     axis.length};
+  return QuadricBody{
+      QuadricShape::kParaboloid, vertex, frame_about(axis.direction), a, a, axis.length};
 }
 
 Result<Body> paraboloid_rim(Values v) {

@@ -37,7 +37,8 @@ Loop loop_of(const FaceCorners& face, std::span<const std::uint8_t> vertex_of) {
   return loop;
 }
 
-// Width of a loop: the largest distance of a vertex from the line through the two that lie farthest apart.
+// Width of a loop: the largest distance of a vertex from the line through the two that lie farthest
+// apart.
 double width_of(const Loop& loop, const std::vector<Vec3>& at) {
   Vec3 from = at[loop[0]], to = from;
   for (const std::uint8_t a : loop) {
@@ -54,8 +55,8 @@ double width_of(const Loop& loop, const std::vector<Vec3>& at) {
   return width;
 }
 
-// Newell's normal about the first vertex: differences of equal coordinates vanish before they are multiplied, so a
-// loop parallel to an axis has a normal with exact zeros. Length: twice the area.
+// Newell's normal about the first vertex: differences of equal coordinates vanish before they are
+// multiplied, so a loop parallel to an axis has a normal with exact zeros. Length: twice the area.
 Vec3 area_vector(const Loop& loop, const std::vector<Vec3>& at) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t k = 1; k + 1 < loop.size(); ++k) {
@@ -68,7 +69,8 @@ Vec3 area_vector(const Loop& loop, const std::vector<Vec3>& at) {
 Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width) {
   Plane plane;
   plane.n = unit(area_vector(loop, at));
-  // A component within the rounding of the corners themselves is zero: walls meant vertical are vertical.
+  // A component within the rounding of the corners themselves is zero: walls meant vertical are
+  // vertical.
   double largest = 0;
   for (const std::uint8_t v : loop) largest = std::max(largest, at[v].cwiseAbs().maxCoeff());
   const double noise = 4 * std::numeric_limits<double>::epsilon() * largest / width;
@@ -89,7 +91,8 @@ Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width) {
 
 double height_over(const Plane& plane, const Vec3& p) { return plane.n.dot(p) + plane.d; }
 
-// Largest corner distance to the left of no edge: > 0 where the loop turns the wrong way or crosses itself.
+// Largest corner distance to the left of no edge: > 0 where the loop turns the wrong way or crosses
+// itself.
 double turning_fault(const Loop& loop, const std::vector<Vec3>& at, const Vec3& normal) {
   double fault = 0;
   for (std::size_t k = 0; k < loop.size(); ++k) {
@@ -111,8 +114,8 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
   std::vector<std::uint8_t> vertex_of;
   std::vector<std::size_t> corner_of;  // first corner at a vertex, for messages
   for (std::size_t c = 0; c < corners.size(); ++c) {
-    const auto same = std::ranges::find_if(body.vertices,
-                                           [&](const Vec3& v) { return v == corners[c]; });
+    const auto same =
+        std::ranges::find_if(body.vertices, [&](const Vec3& v) { return v == corners[c]; });
     vertex_of.push_back(static_cast<std::uint8_t>(same - body.vertices.begin()));
     if (same == body.vertices.end()) {
       body.vertices.push_back(corners[c]);

@@ -18,14 +18,16 @@ struct FaceCorners {
   std::uint8_t count = 0;
 };
 
-// The most by which a corner may lie off its face or outside another one, in the body's size (diagonal of its box).
+// The most by which a corner may lie off its face or outside another one, in the body's size
+// (diagonal of its box).
 inline constexpr double kPlanarity = 1e-6;
 
-// The body of corners P1.. and faces face1..: corners that are equal become one vertex, faces that collapse to a
-// line are left out with their numbers, loops come out anticlockwise from outside. A face whose corners share a
-// coordinate, or stand above each other, gets a plane that is exactly parallel to that axis.
-// Needs: at most 8 corners; faces that close up (each edge twice, once either way).
-// Errors: face not planar or crossing itself, body not convex, body without volume; without a place.
+// The body of corners P1.. and faces face1..: corners that are equal become one vertex, faces that
+// collapse to a line are left out with their numbers, loops come out anticlockwise from outside. A
+// face whose corners share a coordinate, or stand above each other, gets a plane that is exactly
+// parallel to that axis. Needs: at most 8 corners; faces that close up (each edge twice, once
+// either way). Errors: face not planar or crossing itself, body not convex, body without volume;
+// without a place.
 Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const FaceCorners> faces);
 
 }  // namespace diesink
