@@ -1,0 +1,17 @@
+# What `cmake --install` puts into a prefix, and the package that find_package(diesink) finds there.
+include(CMakePackageConfigHelpers)
+
+install(TARGETS diesink RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+install(TARGETS core formats EXPORT diesink-targets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diesink COMPONENT development)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/LICENSE
+  DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/diesink)
+install(EXPORT diesink-targets NAMESPACE diesink:: DESTINATION ${package_dir} COMPONENT development)
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/diesink-config.cmake.in
+  ${PROJECT_BINARY_DIR}/diesink-config.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/diesink-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/diesink-config.cmake ${PROJECT_BINARY_DIR}/diesink-config-version.cmake
+  DESTINATION ${package_dir} COMPONENT development)

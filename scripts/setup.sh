@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Installs the Debian packages diesink is built and tested with; installs nothing that is there already.
+# usage: scripts/setup.sh [--minimal | --bench]
+#   (nothing)   what the build and the tests need
+#   --minimal   what the build alone needs
+#   --bench     the build, the tests and the benchmarks with their peers
+# SPDX-License-Identifier: Apache-2.0
+set -euo pipefail
+
+build=(
+  g++ cmake ninja-build
+  libeigen3-dev        # fixed-size vectors
+  libcli11-dev         # command line
+  libdraco-dev         # compressed glTF
+  libtinygltf-dev      # glTF reader and writer (headers only)
+  nlohmann-json3-dev   # JSON under tinygltf
+)
+tests=(
+  libgtest-dev         # unit tests
+  python3              # drives the program
+  locales              # a locale with a decimal comma
+)
+bench=(
+  libbenchmark-dev     # Google Benchmark
+)
+
+case "${1:-}" in
+  "")        want=("${build[@]}" "${tests[@]}") ;;
+  --minimal) want=("${build[@]}") ;;
+  --bench)   want=("${build[@]}" "${tests[@]}" "${bench[@]}") ;;
+  -h|--help) sed -n '2,6s/^# //p' "$0"; exit 0 ;;
+  *)         echo "setup: unknown option '$1' (setup.sh --help)" >&2; exit 1 ;;
+esac
+
+missing=()
+for package in "${want[@]}"; do
+  [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)" = installed ] || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  echo "setup: all ${#want[@]} packages are installed"
+  exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "setup: installing ${missing[*]}"
+# `env` carries the setting through sudo.
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if ! { "${apt[@]}" update && "${apt[@]}" install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+  tail -n 30 "$log" >&2
+  echo "setup: apt-get failed (its last lines are above)" >&2
+  exit 1
+fi
+echo "setup: done"
