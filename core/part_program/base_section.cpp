@@ -72,6 +72,7 @@ BaseSurface read_ferguson(const Statement& header, std::size_t first, const Stat
     return {};
   }
   FergusonBase base;
+  base.where = report.place(header, header.column);
   constexpr int kMost = static_cast<int>(kMaxStatements);
   const bool columns =
       read_count(header, first, 2, kMost, "a row has 2 to 100000 points", base.columns, report);

@@ -33,6 +33,7 @@ struct FergusonBase {
   int columns = 0;  // m, along u
   int rows = 0;     // n, along v
   std::vector<Vec3> points;
+  Place where;  // of the statement that names m and n
 };
 
 // One step of a scan's placement, in the order of the statements.
