@@ -1,0 +1,98 @@
+// What a face or the shadow of a body can do over a plan box: certain enclosures, linear part plus remainder.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/compound/compound_impl.h"
+
+namespace diesink {
+
+// A fixed-capacity list; `full` is set where something did not fit (the cell is then split).
+template <class T, int N>
+struct ShortList {
+  std::array<T, N> items;
+  int count = 0;
+  bool full = false;
+  void clear() { count = 0, full = false; }
+  void push(const T& item) {
+    if (count < N) {
+      items[static_cast<std::size_t>(count++)] = item;
+    } else {
+      full = true;
+    }
+  }
+  T* begin() { return items.data(); }
+  T* end() { return items.data() + count; }
+  const T* begin() const { return items.data(); }
+  const T* end() const { return items.data() + count; }
+  T& operator[](int i) { return items[static_cast<std::size_t>(i)]; }
+  const T& operator[](int i) const { return items[static_cast<std::size_t>(i)]; }
+};
+
+// A box by centre and half widths; a half width may be zero (a segment).
+struct CellBox {
+  double x = 0, y = 0, hx = 0, hy = 0;
+  static CellBox of(const PlanBox& b) {
+    return {0.5 * (b.x0 + b.x1), 0.5 * (b.y0 + b.y1), 0.5 * (b.x1 - b.x0), 0.5 * (b.y1 - b.y0)};
+  }
+};
+
+// z of a face over a box: c + gx dx + gy dy + [lo, hi] about the centre, wherever the face's own surface is defined.
+struct FaceOver {
+  Label label = kNoLabel;
+  std::int32_t solid = -1;  // -1 = base
+  std::uint8_t face = 0;
+  bool upper = true;
+  bool side = false;             // a quadric side: its silhouette may lie in the box
+  bool has_mid = false;          // z is on `upper`'s side of the middle plane mc + mgx dx + mgy dy (between the roots)
+  bool tangent = false;          // the linear part is the tangent plane (else the middle plane)
+  double c = 0, gx = 0, gy = 0;
+  double lo = 0, hi = 0;
+  double mc = 0, mgx = 0, mgy = 0;
+  Range zx, zy;                  // gradient over the box; unbounded near a silhouette
+};
+
+// A function of the plan across whose zero line labels may change.
+struct PlanFunction {
+  enum class Kind : std::uint8_t { kShadow, kSilhouette, kRim, kFaces, kCrossing, kOutline } kind = Kind::kShadow;
+  std::int32_t solid = -1;   // the body, or the first of two
+  std::uint32_t id = 0;      // which of the body's functions; labels for kCrossing
+  Label a = kNoLabel, b = kNoLabel;  // kFaces, kCrossing
+  double v = 0;              // at the centre
+  Range gx, gy;              // gradient over the box
+  double lo = 0, hi = 0;     // value over the box
+  double cgx = 0, cgy = 0;   // gradient at the centre
+  double bend = 0;           // bound of the second-order part over the box
+
+  [[nodiscard]] bool regular_x() const { return gx.lo > 0 || gx.hi < 0; }
+  [[nodiscard]] bool regular_y() const { return gy.lo > 0 || gy.hi < 0; }
+  [[nodiscard]] bool regular() const { return regular_x() || regular_y(); }
+};
+
+using FaceList = ShortList<FaceOver, 12>;
+using FunctionList = ShortList<PlanFunction, 24>;
+
+// A body over a box, seen from above (upper = true) or below.
+struct BodyOver {
+  Coverage coverage = Coverage::kOutside;
+  FaceList faces;            // those that may bound the body there
+  FunctionList shadow;       // functions that may vanish on the shadow's border in the box
+  FunctionList rims;         // functions that may vanish where two of the faces meet
+};
+
+// Bound: every height the body takes in the box lies in the enclosure of one of the listed faces.
+void body_over(const CompoundSurface::Impl& surface, const CompoundStep& step, bool upper, const CellBox& box, BodyOver& out);
+
+// The base over a box; `outline` gets a function where its border may pass.
+Coverage base_over(const CompoundSurface::Impl& surface, const CompoundStep& step, const CellBox& box, FaceOver& face,
+                   FunctionList& outline);
+
+// Range over the box of f - g.
+Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box);
+
+// The function across whose zero line f and g change places, regular even near the silhouette of one of them.
+PlanFunction crossing_over(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box);
+
+}  // namespace diesink
