@@ -1,7 +1,7 @@
-// Enclosures over plan boxes. A body is convex, so its upper height is concave over its convex shadow: a tangent plane
-// bounds it from above, the corners from below; the discriminant and the rims are conics whose gradients are linear.
-// Source: Choi et al. 1988, equations (7) to (10); convexity as in docs/tessellation.md.
-// SPDX-License-Identifier: Apache-2.0
+// Enclosures over plan boxes. A body is convex, so its upper height is concave over its convex
+// shadow: a tangent plane bounds it from above, the corners from below; the discriminant and the
+// rims are conics whose gradients are linear. Source: Choi et al. 1988, equations (7) to (10);
+// convexity as in docs/tessellation.md. SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/cell_bounds.h"
 
 #include <algorithm>
@@ -18,8 +18,8 @@ struct Quadratic {
   double v, gx, gy, hxx, hxy, hyy;
 };
 
-PlanFunction function_of(const Quadratic& q, const CellBox& box, PlanFunction::Kind kind, std::int32_t solid,
-                         std::uint32_t id) {
+PlanFunction function_of(const Quadratic& q, const CellBox& box, PlanFunction::Kind kind,
+                         std::int32_t solid, std::uint32_t id) {
   PlanFunction f;
   f.kind = kind;
   f.solid = solid;
@@ -68,7 +68,9 @@ Quadratic side_on(const SideQuadratic& s, double dx, double dy, const Linear& pl
   return q;
 }
 
-Range scale(Range r, double f) { return f >= 0 ? Range{r.lo * f, r.hi * f} : Range{r.hi * f, r.lo * f}; }
+Range scale(Range r, double f) {
+  return f >= 0 ? Range{r.lo * f, r.hi * f} : Range{r.hi * f, r.lo * f};
+}
 Range add(Range a, Range b) { return {a.lo + b.lo, a.hi + b.hi}; }
 Range times(Range a, Range b) {
   const double p[4] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
@@ -88,21 +90,25 @@ struct SideGradient {
   Range x, y, t;
 };
 
-SideGradient side_gradient(const SideQuadratic& s, double dx, double dy, const CellBox& box, Range t) {
+SideGradient side_gradient(const SideQuadratic& s, double dx, double dy, const CellBox& box,
+                           Range t) {
   const auto around = [](double c, double r) { return Range{c - r, c + r}; };
   SideGradient g;
-  g.x = add(around(s.cx1 + 2 * s.cxx * dx + s.cxy * dy, 2 * std::fabs(s.cxx) * box.hx + std::fabs(s.cxy) * box.hy),
+  g.x = add(around(s.cx1 + 2 * s.cxx * dx + s.cxy * dy,
+                   2 * std::fabs(s.cxx) * box.hx + std::fabs(s.cxy) * box.hy),
             scale(t, 2 * s.bx));
-  g.y = add(around(s.cy1 + 2 * s.cyy * dy + s.cxy * dx, 2 * std::fabs(s.cyy) * box.hy + std::fabs(s.cxy) * box.hx),
+  g.y = add(around(s.cy1 + 2 * s.cyy * dy + s.cxy * dx,
+                   2 * std::fabs(s.cyy) * box.hy + std::fabs(s.cxy) * box.hx),
             scale(t, 2 * s.by));
-  g.t = add(around(2 * (s.b0 + s.bx * dx + s.by * dy), 2 * (std::fabs(s.bx) * box.hx + std::fabs(s.by) * box.hy)),
+  g.t = add(around(2 * (s.b0 + s.bx * dx + s.by * dy),
+                   2 * (std::fabs(s.bx) * box.hx + std::fabs(s.by) * box.hy)),
             scale(t, 2 * s.q2));
   return g;
 }
 
 // The side's root over the box as tangent plane plus remainder, or middle plane plus remainder.
-bool side_over(const Impl& surface, const BodyLine& body, bool upper, const CellBox& box, const PlanFunction* disc,
-               bool corners_defined, FaceOver& f) {
+bool side_over(const Impl& surface, const BodyLine& body, bool upper, const CellBox& box,
+               const PlanFunction* disc, bool corners_defined, FaceOver& f) {
   const SideQuadratic& s = body.side();
   const double dx = box.x - s.cx, dy = box.y - s.cy;
   const double guard = std::ldexp(surface.size, -48);  // rounding of a root, a few ulp of the size
@@ -148,8 +154,10 @@ bool side_over(const Impl& surface, const BodyLine& body, bool upper, const Cell
           f.lo = (upper ? lo : 0) - guard;
           f.hi = (upper ? 0 : hi) + guard;
           const double reach = std::fabs(gx) * box.hx + std::fabs(gy) * box.hy;
-          const SideGradient g = side_gradient(s, dx, dy, box, {t - reach + f.lo, t + reach + f.hi});
-          // Only derivatives of the wanted sheet matter: q_t keeps the sheet's sign up to the silhouette.
+          const SideGradient g =
+              side_gradient(s, dx, dy, box, {t - reach + f.lo, t + reach + f.hi});
+          // Only derivatives of the wanted sheet matter: q_t keeps the sheet's sign up to the
+          // silhouette.
           f.zx = scale(divided(g.x, g.t), -1);
           f.zy = scale(divided(g.y, g.t), -1);
           return true;
@@ -158,7 +166,8 @@ bool side_over(const Impl& surface, const BodyLine& body, bool upper, const Cell
     }
   }
   if (!between || disc == nullptr) {
-    // Upright paraboloids and steep cones have their root everywhere; a corner failed only by rounding.
+    // Upright paraboloids and steep cones have their root everywhere; a corner failed only by
+    // rounding.
     f.c = 0.5 * (body.z_low() + body.z_high());
     f.lo = body.z_low() - f.c - guard;
     f.hi = body.z_high() - f.c + guard;
@@ -181,14 +190,16 @@ Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box) 
   return {c - reach + f.lo - g.hi, c + reach + f.hi - g.lo};
 }
 
-void body_over(const Impl& surface, const CompoundStep& step, bool upper, const CellBox& box, BodyOver& out) {
+void body_over(const Impl& surface, const CompoundStep& step, bool upper, const CellBox& box,
+               BodyOver& out) {
   const BodyLine& body = surface.bodies[static_cast<std::size_t>(step.solid)];
   out.faces.clear();
   out.shadow.clear();
   out.rims.clear();
   out.coverage = Coverage::kOutside;
   const PlanBox& plan = body.plan_box();
-  if (box.x + box.hx < plan.x0 || box.x - box.hx > plan.x1 || box.y + box.hy < plan.y0 || box.y - box.hy > plan.y1) {
+  if (box.x + box.hx < plan.x0 || box.x - box.hx > plan.x1 || box.y + box.hy < plan.y0 ||
+      box.y - box.hy > plan.y1) {
     return;
   }
   const SideQuadratic& s = body.side();
@@ -225,7 +236,8 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
     if (disc.hi < -s.disc_slack) return;
     mid = {s.cz - (s.b0 + s.bx * dx + s.by * dy) / s.q2, -s.bx / s.q2, -s.by / s.q2};
     bool on_body = disc.lo <= s.disc_slack;
-    // Where the silhouette's height is beyond a cap for sure, the rim is the border, not the silhouette.
+    // Where the silhouette's height is beyond a cap for sure, the rim is the border, not the
+    // silhouette.
     for (const PlanarCap& cap : body.upper_caps()) {
       const Linear l = cap_at(cap, dx, dy);
       const Range r = range_of({mid.c - l.c, mid.gx - l.gx, mid.gy - l.gy}, box);
@@ -249,7 +261,8 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
       if (f.lo <= slack) out.shadow.push(f);
     }
   }
-  // A cap and the side: the rim's conic. It borders the shadow where the cap is beyond the silhouette.
+  // A cap and the side: the rim's conic. It borders the shadow where the cap is beyond the
+  // silhouette.
   struct RimOver {
     PlanFunction f;
     bool side_hidden = false, cap_hidden = false;
@@ -268,7 +281,8 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
       above = range_of({l.c - mid.c, l.gx - mid.gx, l.gy - mid.gy}, box);
       if (!cap_is_upper) above = scale(above, -1);
     }
-    const bool one_root = !between;  // the only root lies on the other side of the body than the cap
+    const bool one_root =
+        !between;  // the only root lies on the other side of the body than the cap
     const double tiny = s.disc_slack + slack;
     bool outside = false, borders = false;
     if (one_root) {
@@ -280,8 +294,8 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
     }
     if (borders && !outside) out.shadow.push(r.f);
     if (cap_is_upper == upper && between) {
-      r.side_hidden = r.f.lo > 0;                       // the cap cuts the body before the side's root
-      r.cap_hidden = r.f.hi < 0 && above.lo > slack;    // the cap is beyond the root
+      r.side_hidden = r.f.lo > 0;  // the cap cuts the body before the side's root
+      r.cap_hidden = r.f.hi < 0 && above.lo > slack;  // the cap is beyond the root
     } else {
       // the cap is on the other side of the body
       r.side_hidden = r.cap_hidden = false;
@@ -382,8 +396,8 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
           if (r.f.id == 300u + cap) p = r.f;
         }
       } else {
-        p = function_of({f.c - g.c, f.gx - g.gx, f.gy - g.gy, 0, 0, 0}, box, PlanFunction::Kind::kFaces, step.solid,
-                        1000u + 16u * f.face + g.face);
+        p = function_of({f.c - g.c, f.gx - g.gx, f.gy - g.gy, 0, 0, 0}, box,
+                        PlanFunction::Kind::kFaces, step.solid, 1000u + 16u * f.face + g.face);
       }
       p.a = f.label;
       p.b = g.label;
@@ -392,8 +406,8 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
   }
 }
 
-Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox& box, FaceOver& face,
-                   FunctionList& outline) {
+Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox& box,
+                   FaceOver& face, FunctionList& outline) {
   face = FaceOver{};
   face.label = make_label(step.row, 0);
   if (const PlaneSurface* plane = std::get_if<PlaneSurface>(&surface.base)) {
@@ -420,9 +434,10 @@ Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox&
     face.c = hit.z;
     face.gx = hit.zx;
     face.gy = hit.zy;
-    const double bend = 0.5 * std::fmax(std::fabs(b.zxx.lo), std::fabs(b.zxx.hi)) * box.hx * box.hx +
-                        0.5 * std::fmax(std::fabs(b.zyy.lo), std::fabs(b.zyy.hi)) * box.hy * box.hy +
-                        std::fmax(std::fabs(b.zxy.lo), std::fabs(b.zxy.hi)) * box.hx * box.hy;
+    const double bend =
+        0.5 * std::fmax(std::fabs(b.zxx.lo), std::fabs(b.zxx.hi)) * box.hx * box.hx +
+        0.5 * std::fmax(std::fabs(b.zyy.lo), std::fabs(b.zyy.hi)) * box.hy * box.hy +
+        std::fmax(std::fabs(b.zxy.lo), std::fabs(b.zxy.hi)) * box.hx * box.hy;
     const double reach = std::fabs(hit.zx) * box.hx + std::fabs(hit.zy) * box.hy;
     face.lo = -bend - guard;
     face.hi = bend + guard;
@@ -465,7 +480,8 @@ Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox&
   return b.coverage;
 }
 
-PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
+PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOver& g,
+                           const CellBox& box) {
   PlanFunction p;
   p.kind = PlanFunction::Kind::kCrossing;
   p.solid = f.solid;
@@ -487,8 +503,8 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
     const double dx = box.x - s.cx, dy = box.y - s.cy;
     const bool planar = height->solid >= 0 ? !height->side : false;
     if (planar || (height->solid < 0 && height->lo == 0 && height->hi == 0)) {
-      const PlanFunction q = function_of(side_on(s, dx, dy, {height->c, height->gx, height->gy}), box,
-                                         PlanFunction::Kind::kCrossing, f.solid, 0);
+      const PlanFunction q = function_of(side_on(s, dx, dy, {height->c, height->gx, height->gy}),
+                                         box, PlanFunction::Kind::kCrossing, f.solid, 0);
       p.v = q.v;
       p.gx = q.gx;
       p.gy = q.gy;
@@ -501,7 +517,8 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
     }
     const double reach = std::fabs(height->gx) * box.hx + std::fabs(height->gy) * box.hy;
     const double t = height->c - s.cz;
-    const SideGradient r = side_gradient(s, dx, dy, box, {t - reach + height->lo, t + reach + height->hi});
+    const SideGradient r =
+        side_gradient(s, dx, dy, box, {t - reach + height->lo, t + reach + height->hi});
     p.gx = add(r.x, times(r.t, height->zx));
     p.gy = add(r.y, times(r.t, height->zy));
     p.lo = -kInf;

@@ -1,5 +1,5 @@
-// What a face or the shadow of a body can do over a plan box: certain enclosures, linear part plus remainder.
-// SPDX-License-Identifier: Apache-2.0
+// What a face or the shadow of a body can do over a plan box: certain enclosures, linear part plus
+// remainder. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -39,32 +39,41 @@ struct CellBox {
   }
 };
 
-// z of a face over a box: c + gx dx + gy dy + [lo, hi] about the centre, wherever the face's own surface is defined.
+// z of a face over a box: c + gx dx + gy dy + [lo, hi] about the centre, wherever the face's own
+// surface is defined.
 struct FaceOver {
   Label label = kNoLabel;
   std::int32_t solid = -1;  // -1 = base
   std::uint8_t face = 0;
   bool upper = true;
-  bool side = false;             // a quadric side: its silhouette may lie in the box
-  bool has_mid = false;          // z is on `upper`'s side of the middle plane mc + mgx dx + mgy dy (between the roots)
-  bool tangent = false;          // the linear part is the tangent plane (else the middle plane)
+  bool side = false;  // a quadric side: its silhouette may lie in the box
+  bool has_mid =
+      false;  // z is on `upper`'s side of the middle plane mc + mgx dx + mgy dy (between the roots)
+  bool tangent = false;  // the linear part is the tangent plane (else the middle plane)
   double c = 0, gx = 0, gy = 0;
   double lo = 0, hi = 0;
   double mc = 0, mgx = 0, mgy = 0;
-  Range zx, zy;                  // gradient over the box; unbounded near a silhouette
+  Range zx, zy;  // gradient over the box; unbounded near a silhouette
 };
 
 // A function of the plan across whose zero line labels may change.
 struct PlanFunction {
-  enum class Kind : std::uint8_t { kShadow, kSilhouette, kRim, kFaces, kCrossing, kOutline } kind = Kind::kShadow;
-  std::int32_t solid = -1;   // the body, or the first of two
-  std::uint32_t id = 0;      // which of the body's functions; labels for kCrossing
+  enum class Kind : std::uint8_t {
+    kShadow,
+    kSilhouette,
+    kRim,
+    kFaces,
+    kCrossing,
+    kOutline
+  } kind = Kind::kShadow;
+  std::int32_t solid = -1;           // the body, or the first of two
+  std::uint32_t id = 0;              // which of the body's functions; labels for kCrossing
   Label a = kNoLabel, b = kNoLabel;  // kFaces, kCrossing
-  double v = 0;              // at the centre
-  Range gx, gy;              // gradient over the box
-  double lo = 0, hi = 0;     // value over the box
-  double cgx = 0, cgy = 0;   // gradient at the centre
-  double bend = 0;           // bound of the second-order part over the box
+  double v = 0;                      // at the centre
+  Range gx, gy;                      // gradient over the box
+  double lo = 0, hi = 0;             // value over the box
+  double cgx = 0, cgy = 0;           // gradient at the centre
+  double bend = 0;                   // bound of the second-order part over the box
 
   [[nodiscard]] bool regular_x() const { return gx.lo > 0 || gx.hi < 0; }
   [[nodiscard]] bool regular_y() const { return gy.lo > 0 || gy.hi < 0; }
@@ -77,22 +86,25 @@ using FunctionList = ShortList<PlanFunction, 24>;
 // A body over a box, seen from above (upper = true) or below.
 struct BodyOver {
   Coverage coverage = Coverage::kOutside;
-  FaceList faces;            // those that may bound the body there
-  FunctionList shadow;       // functions that may vanish on the shadow's border in the box
-  FunctionList rims;         // functions that may vanish where two of the faces meet
+  FaceList faces;       // those that may bound the body there
+  FunctionList shadow;  // functions that may vanish on the shadow's border in the box
+  FunctionList rims;    // functions that may vanish where two of the faces meet
 };
 
 // Bound: every height the body takes in the box lies in the enclosure of one of the listed faces.
-void body_over(const CompoundSurface::Impl& surface, const CompoundStep& step, bool upper, const CellBox& box, BodyOver& out);
+void body_over(const CompoundSurface::Impl& surface, const CompoundStep& step, bool upper,
+               const CellBox& box, BodyOver& out);
 
 // The base over a box; `outline` gets a function where its border may pass.
-Coverage base_over(const CompoundSurface::Impl& surface, const CompoundStep& step, const CellBox& box, FaceOver& face,
-                   FunctionList& outline);
+Coverage base_over(const CompoundSurface::Impl& surface, const CompoundStep& step,
+                   const CellBox& box, FaceOver& face, FunctionList& outline);
 
 // Range over the box of f - g.
 Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box);
 
-// The function across whose zero line f and g change places, regular even near the silhouette of one of them.
-PlanFunction crossing_over(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box);
+// The function across whose zero line f and g change places, regular even near the silhouette of
+// one of them.
+PlanFunction crossing_over(const CompoundSurface::Impl& surface, const FaceOver& f,
+                           const FaceOver& g, const CellBox& box);
 
 }  // namespace diesink

@@ -1,5 +1,5 @@
-// From a compound surface to a triangle mesh with sharp element boundaries and a certified deviation.
-// SPDX-License-Identifier: Apache-2.0
+// From a compound surface to a triangle mesh with sharp element boundaries and a certified
+// deviation. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -19,13 +19,13 @@ enum class MeshScheme : std::uint8_t { kAdaptive, kGrid };
 
 struct TessellationOptions {
   MeshScheme scheme = MeshScheme::kAdaptive;
-  bool creases = true;              // grid only: insert the edge points
-  double tolerance = 0;             // 0 = the program's
-  bool solid = false;               // close with skirts and a floor
-  std::optional<double> floor;      // height of the floor; default below the lowest point
+  bool creases = true;          // grid only: insert the edge points
+  double tolerance = 0;         // 0 = the program's
+  bool solid = false;           // close with skirts and a floor
+  std::optional<double> floor;  // height of the floor; default below the lowest point
   std::array<int, 2> tiles{1, 1};
-  std::array<int, 2> tile{0, 0};    // which tile to make
-  int threads = 0;                  // 0 = all cores
+  std::array<int, 2> tile{0, 0};  // which tile to make
+  int threads = 0;                // 0 = all cores
   // Called now and then with the part done, 0..1, from one thread at a time; may be empty.
   std::function<void(double)> progress;
 };
