@@ -11,7 +11,7 @@ namespace {
 // An explicit table: in a static library the linker drops objects that only register themselves.
 // Content is tried in this order, so that formats with a magic word come before those that are only
 // likely.
-constexpr std::array kFormats{&kStl, &kObj, &kPly, &kOff};
+constexpr std::array kFormats{&kStl, &kObj, &kPly, &kOff, &kGltf, &kGlb};
 
 }  // namespace
 
