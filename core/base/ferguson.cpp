@@ -167,7 +167,7 @@ Result<FergusonSurface> FergusonSurface::make(const FergusonBase& base) {
                  "the base surface is folded or collapsed in plan in the patch from point " +
                      std::to_string(i + 1) + " of row " + std::to_string(j + 1) +
                      "; expected points whose patches lie side by side in plan",
-                 {}};
+                 base.where};
   }
   out.make_inverses();
   out.make_bins();

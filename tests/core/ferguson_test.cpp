@@ -16,7 +16,9 @@ namespace {
 FergusonBase random_grid(int m, int n, double warp, double angle, std::uint32_t seed) {
   std::mt19937 random(seed);
   const auto number = [&] { return static_cast<double>(random()) / 4294967296.0 * 2 - 1; };
-  FergusonBase base{m, n, {}};
+  FergusonBase base;
+  base.columns = m;
+  base.rows = n;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < m; ++i) {
       const double x = 4 * i + warp * number(), y = 4 * j + warp * number();
@@ -273,13 +275,18 @@ TEST_P(Ferguson, BoundsEncloseAndTighten) {
                   << b.zxx.lo << ' ' << (next.zx - hit.zx) / d << ' ' << b.zxx.hi;
               EXPECT_TRUE(in(b.zxy, (next.zy - hit.zy) / d, 1e-7));
             }
-            if (surface_->at(px, py + d, next, hint))
+            if (surface_->at(px, py + d, next, hint)) {
               EXPECT_TRUE(in(b.zyy, (next.zy - hit.zy) / d, 1e-7));
+            }
           }
         }
       }
-      if (b.coverage == Coverage::kOutside) EXPECT_EQ(inside, 0);
-      if (b.coverage == Coverage::kInside) EXPECT_EQ(inside, 64);
+      if (b.coverage == Coverage::kOutside) {
+        EXPECT_EQ(inside, 0);
+      }
+      if (b.coverage == Coverage::kInside) {
+        EXPECT_EQ(inside, 64);
+      }
       if (inside == 64 && h < 0.1) {
         EXPECT_NE(b.coverage, Coverage::kOutside);
         // Slopes up to about 2 and curvatures up to about 5 in these grids.
@@ -346,7 +353,9 @@ TEST(FergusonMake, RefusesAFoldedGrid) {
 // A patch so bent that Newton's method from its middle can leave it: every point of it is found all
 // the same.
 TEST(FergusonMake, FindsEveryPointOfAStronglyBentPatch) {
-  FergusonBase base{3, 2, {}};
+  FergusonBase base;
+  base.columns = 3;
+  base.rows = 2;
   for (const auto& [x, y] :
        {std::pair{-10.0, 0.0}, {0.0, 9.0}, {10.0, 0.0}, {-6.0, -4.0}, {0.0, 2.0}, {6.0, -4.0}}) {
     base.points.emplace_back(x, y, x + y);
