@@ -1,0 +1,230 @@
+// The drop against a search that knows nothing of contacts: nested golden sections over each
+// triangle. SPDX-License-Identifier: Apache-2.0
+#include "core/machining/drop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/height_mesh.h"
+#include "tests/support/random_program.h"
+
+namespace diesink {
+namespace {
+
+using test::height_mesh;
+using test::Random;
+
+CutterShape shape(double diameter, double corner) {
+  return CutterShape::make({diameter, corner}).value();
+}
+
+// Largest value of a concave f over [lo, hi].
+template <class F>
+double golden(const F& f, double lo, double hi) {
+  const double ratio = (std::sqrt(5.0) - 1) / 2;
+  double best = std::fmax(f(lo), f(hi));
+  double p = hi - ratio * (hi - lo), q = lo + ratio * (hi - lo);
+  double fp = f(p), fq = f(q);
+  for (int k = 0; k < 60; ++k) {
+    best = std::fmax(best, std::fmax(fp, fq));
+    if (fp >= fq) {
+      hi = q;
+      q = p;
+      fq = fp;
+      p = hi - ratio * (hi - lo);
+      fp = f(p);
+    } else {
+      lo = p;
+      p = q;
+      fp = fq;
+      q = lo + ratio * (hi - lo);
+      fq = f(q);
+    }
+  }
+  return std::fmax(best, std::fmax(fp, fq));
+}
+
+// A concave stand-in outside the cutter's reach keeps the search going towards it.
+double tip_over(const CutterShape& cutter, const Vec3& p, double x, double y) {
+  const double rho = std::hypot(p.x() - x, p.y() - y);
+  if (rho > cutter.radius()) return -1e6 * (1 + rho);
+  const double d = std::fmax(0, rho - cutter.flat()), r = cutter.corner();
+  return p.z() - (r > 0 ? r - std::sqrt(std::fmax(0, r * r - d * d)) : 0);
+}
+
+double brute(const TriangleMesh& mesh, const CutterShape& cutter, double x, double y) {
+  double best = -1e5;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+    const auto along = [&](double s) {
+      const Vec3 p = a + s * (b - a), q = a + s * (c - a);
+      return golden([&](double v) { return tip_over(cutter, p + v * (q - p), x, y); }, 0, 1);
+    };
+    // Far triangles cannot matter.
+    const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    const double far_x = std::fmax(0, std::fmax(low.x() - x, x - high.x()));
+    const double far_y = std::fmax(0, std::fmax(low.y() - y, y - high.y()));
+    if (std::hypot(far_x, far_y) > cutter.radius()) continue;
+    best = std::fmax(best, golden(along, 0, 1));
+  }
+  return best > -1e5 ? best : kNoContact;
+}
+
+struct Case {
+  double diameter, corner;
+};
+constexpr Case kCutters[] = {{6, 3}, {6, 0}, {6, 1}, {5, 2.4}};
+
+TriangleMesh bumpy(std::uint64_t seed, std::uint32_t n, bool stepped) {
+  Random random(seed);
+  std::vector<double> z(n * n);
+  for (double& v : z) {
+    v = random.uniform(0, 3);
+    if (stepped) v = std::floor(v);  // level facets, ridges, steep walls
+  }
+  TriangleMesh mesh = height_mesh(0, 10, n, 0, 10, n, [&](double x, double y) {
+    const auto i = static_cast<std::size_t>(std::lround(x / 10 * (n - 1)));
+    const auto j = static_cast<std::size_t>(std::lround(y / 10 * (n - 1)));
+    return z[j * n + i];
+  });
+  // Some triangles away: borders and holes.
+  std::vector<std::array<std::uint32_t, 3>> kept;
+  for (const auto& t : mesh.triangles) {
+    if (!random.chance(0.1)) kept.push_back(t);
+  }
+  mesh.triangles = kept;
+  return mesh;
+}
+
+TEST(PointDrop, MatchesSearchOverRandomMeshes) {
+  for (const Case& c : kCutters) {
+    const CutterShape cutter = shape(c.diameter, c.corner);
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+      const TriangleMesh mesh = bumpy(seed, seed < 4 ? 5 : 9, seed % 2 == 1);
+      const OffsetSurface offset(mesh, cutter, 0);
+      const PointDrop drop(offset);
+      Random random(seed + 100);
+      for (int k = 0; k < 12; ++k) {
+        const double x = random.uniform(-2, 12), y = random.uniform(-2, 12);
+        const double found = drop.at(x, y), expected = brute(mesh, cutter, x, y);
+        if (expected == kNoContact) {
+          EXPECT_EQ(found, kNoContact);
+          continue;
+        }
+        // The search ends within 1e-10 at the steep rim of a cutter; it can only be too low.
+        EXPECT_GE(found, expected - 1e-12)
+            << c.diameter << " " << c.corner << " seed " << seed << " at " << x << " " << y;
+        EXPECT_LE(found, expected + 1e-6);
+      }
+    }
+  }
+}
+
+TEST(PointDrop, LevelPlaneIsExact) {
+  const TriangleMesh mesh = height_mesh(0, 10, 4, 0, 10, 4, [](double, double) { return 2.5; });
+  for (const Case& c : kCutters) {
+    const OffsetSurface offset(mesh, shape(c.diameter, c.corner), 0);
+    const PointDrop drop(offset);
+    EXPECT_EQ(drop.at(5, 5), 2.5);
+    EXPECT_EQ(drop.at(0, 0), 2.5);
+    EXPECT_EQ(drop.at(10.0 / 3, 7), 2.5);
+    EXPECT_EQ(drop.at(10 + c.diameter, 5), kNoContact);
+  }
+}
+
+TEST(PointDrop, SlopeLiftsByTheOffset) {
+  const TriangleMesh mesh =
+      height_mesh(0, 20, 5, 0, 20, 5, [](double x, double) { return 0.75 * x; });
+  const double slope = std::hypot(1, 0.75);
+  const OffsetSurface ball(mesh, shape(6, 3), 0), flat(mesh, shape(6, 0), 0),
+      bull(mesh, shape(6, 1), 0);
+  EXPECT_NEAR(PointDrop(ball).at(10, 10), 7.5 + 3 * (slope - 1), 1e-13);
+  EXPECT_NEAR(PointDrop(flat).at(10, 10), 7.5 + 3 * 0.75, 1e-13);
+  EXPECT_NEAR(PointDrop(bull).at(10, 10), 7.5 + 1 * (slope - 1) + 2 * 0.75, 1e-13);
+}
+
+TEST(DropLattice, EqualsSinglePoints) {
+  for (const Case& c : kCutters) {
+    const CutterShape cutter = shape(c.diameter, c.corner);
+    for (const double angle : {0.0, std::numbers::pi / 2, 0.4}) {
+      for (std::uint64_t seed = 20; seed < 24; ++seed) {
+        const TriangleMesh mesh = bumpy(seed, 12, seed % 2 == 0);
+        const OffsetSurface offset(mesh, cutter, angle);
+        const PointDrop drop(offset);
+        std::vector<double> ys;
+        for (int j = 0; j < 41; ++j) ys.push_back(-16 + 0.8 * j);
+        constexpr std::size_t kColumns = 43;
+        std::vector<double> heights(kColumns * ys.size()), again(heights.size());
+        drop_lattice(offset, -16, 0.75, kColumns, ys, heights, 1);
+        for (std::size_t j = 0; j < ys.size(); ++j) {
+          for (std::size_t i = 0; i < kColumns; ++i) {
+            const double x = -16 + 0.75 * static_cast<double>(i);
+            const double z = drop.at(x, ys[j]);
+            if (z == kNoContact)
+              EXPECT_EQ(heights[j * kColumns + i], z);
+            else
+              EXPECT_NEAR(heights[j * kColumns + i], z, 1e-12) << x << " " << ys[j];
+          }
+        }
+        drop_lattice(offset, -16, 0.75, kColumns, ys, again, 7);
+        EXPECT_EQ(heights, again);
+      }
+    }
+  }
+}
+
+TEST(OffsetSurface, TurnedFrameDropsTheSame) {
+  const TriangleMesh mesh = bumpy(7, 9, true);
+  const CutterShape cutter = shape(5, 2);
+  const OffsetSurface straight(mesh, cutter, 0), turned(mesh, cutter, 1.1);
+  const PointDrop a(straight), b(turned);
+  Random random(3);
+  for (int k = 0; k < 300; ++k) {
+    const Vec3 p(random.uniform(0, 10), random.uniform(0, 10), 0);
+    const Vec3 q = turned.to_frame(p);
+    EXPECT_NEAR((turned.from_frame(q) - p).norm(), 0, 1e-14);
+    const double za = a.at(p.x(), p.y()), zb = b.at(q.x(), q.y());
+    if (za == kNoContact || zb == kNoContact)
+      EXPECT_EQ(za, zb);
+    else
+      EXPECT_NEAR(za, zb, 1e-12);
+  }
+}
+
+TEST(OffsetSurface, SharedAndSplitVerticesDropTheSame) {
+  const TriangleMesh mesh = bumpy(9, 8, false);
+  TriangleMesh split;
+  for (const auto& t : mesh.triangles) {
+    const auto at = static_cast<std::uint32_t>(split.positions.size());
+    for (const std::uint32_t v : t) split.positions.push_back(mesh.positions[v]);
+    split.triangles.push_back({at, at + 1, at + 2});
+  }
+  for (const Case& c : kCutters) {
+    const CutterShape cutter = shape(c.diameter, c.corner);
+    const OffsetSurface whole(mesh, cutter, 0), apart(split, cutter, 0);
+    const PointDrop a(whole), b(apart);
+    Random random(4);
+    for (int k = 0; k < 400; ++k) {
+      const double x = random.uniform(-1, 11), y = random.uniform(-1, 11);
+      const double za = a.at(x, y), zb = b.at(x, y);
+      if (za == kNoContact || zb == kNoContact)
+        EXPECT_EQ(za, zb);
+      else
+        EXPECT_NEAR(za, zb, 1e-12) << c.diameter << " " << c.corner << " " << x << " " << y;
+    }
+  }
+}
+
+TEST(CutterShape, RefusesWhatIsNoCutter) {
+  EXPECT_FALSE(CutterShape::make({0, 0}));
+  EXPECT_FALSE(CutterShape::make({-1, 0}));
+  EXPECT_FALSE(CutterShape::make({6, 3.1}));
+  EXPECT_FALSE(CutterShape::make({6, -0.1}));
+  EXPECT_FALSE(CutterShape::make({std::nan(""), 0}));
+  EXPECT_TRUE(CutterShape::make({6, 3}));
+}
+
+}  // namespace
+}  // namespace diesink
