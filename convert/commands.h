@@ -7,5 +7,6 @@
 namespace diesink {
 
 extern const Command kFormatsCommand;
+extern const Command kInfoCommand;
 
 }  // namespace diesink

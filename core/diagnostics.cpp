@@ -26,7 +26,8 @@ std::string to_text(const Diagnostic& diagnostic) {
 }
 
 void Diagnostics::error(std::string message, Place where, std::string source_line, ErrorCode code) {
-  all_.push_back({Severity::kError, code, std::move(message), std::move(where), std::move(source_line)});
+  all_.push_back(
+      {Severity::kError, code, std::move(message), std::move(where), std::move(source_line)});
   ++errors_;
 }
 
@@ -37,6 +38,24 @@ void Diagnostics::warning(std::string message, Place where, std::string source_l
 
 void Diagnostics::add(const Error& error) {
   this->error(error.message, error.where, {}, error.code);
+}
+
+std::string quoted(std::string_view text) {
+  constexpr std::size_t kShown = 40;
+  constexpr char kHex[] = "0123456789abcdef";
+  std::string out = "\"";
+  for (const char c : text.substr(0, kShown)) {
+    if (c >= 0x20 && c < 0x7F) {
+      out += c;
+    } else {
+      const unsigned byte = static_cast<unsigned char>(c);
+      out += "\\x";
+      out += kHex[byte >> 4];
+      out += kHex[byte & 15u];
+    }
+  }
+  if (text.size() > kShown) out += "...";
+  return out + '"';
 }
 
 }  // namespace diesink

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/result.h"
@@ -19,8 +20,12 @@ struct Diagnostic {
   std::string source_line;  // text of the line at `where`, for the caret line; may be empty
 };
 
-// `FILE:LINE:COLUMN: error: message`, then, where a source line is known, that line and a caret under the column.
+// `FILE:LINE:COLUMN: error: message`, then, where a source line is known, that line and a caret
+// under the column.
 std::string to_text(const Diagnostic& diagnostic);
+
+// `"text"` for a message: at most 40 bytes of it, bytes outside printable ASCII as \xNN.
+std::string quoted(std::string_view text);
 
 class Diagnostics {
  public:

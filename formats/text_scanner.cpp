@@ -31,12 +31,4 @@ std::string first_word_of(std::span<const std::byte> bytes) {
   return word;
 }
 
-std::string quoted(std::string_view word) {
-  constexpr std::size_t kShown = 40;
-  std::string text = "'";
-  for (const char c : word.substr(0, kShown)) text += c >= 0x20 && c < 0x7F ? c : '?';
-  if (word.size() > kShown) text += "...";
-  return text + "'";
-}
-
 }  // namespace diesink

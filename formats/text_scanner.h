@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/diagnostics.h"
 #include "core/result.h"
 
 namespace diesink {
@@ -25,8 +26,5 @@ std::string_view text_of(std::span<const std::byte> bytes);
 // The first word that is not in a '#' comment, in lower case, at most 15 characters of it; empty
 // where there is none or it holds a byte that is no printable ASCII.
 std::string first_word_of(std::span<const std::byte> bytes);
-
-// What of a word goes into a message: at most 40 bytes, control and non-UTF-8 bytes replaced.
-std::string quoted(std::string_view word);
 
 }  // namespace diesink

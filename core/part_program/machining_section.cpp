@@ -110,12 +110,11 @@ Extent natural_extent(const PartProgram& program) {
   return extent;
 }
 
-// Lines at x0, x0 + dx, .. and x1.
-double line_count(const std::array<double, 2>& range, double interval) {
+}  // namespace
+
+double grid_line_count(const std::array<double, 2>& range, double interval) {
   return std::ceil((range[1] - range[0]) / interval * (1 - 1e-12)) + 1;
 }
-
-}  // namespace
 
 MachiningSection read_machining(const Section& section, LengthUnit unit, Report& report) {
   MachiningSection read;
@@ -183,15 +182,17 @@ void resolve_domain(PartProgram& program, const MachiningSection& read, const St
   const double side = std::max(m.x_range[1] - m.x_range[0], m.y_range[1] - m.y_range[0]);
   if (stated("X-INT") == nullptr) m.x_interval = side / 100;
   if (stated("Y-INT") == nullptr) m.y_interval = side / 100;
-  const double points = line_count(m.x_range, m.x_interval) * line_count(m.y_range, m.y_interval);
+  const double points =
+      grid_line_count(m.x_range, m.x_interval) * grid_line_count(m.y_range, m.y_interval);
   if (points > kMaxGridPoints) {
     const Statement* at = stated("X-INT");
     if (at == nullptr) at = stated("Y-INT");
     if (at == nullptr) at = stated("X-RNG");
     if (at == nullptr) at = &end;
     report.error(*at, at->column,
-                 "the spacing gives a grid of " + number_text(line_count(m.x_range, m.x_interval)) +
-                     " x " + number_text(line_count(m.y_range, m.y_interval)) +
+                 "the spacing gives a grid of " +
+                     number_text(grid_line_count(m.x_range, m.x_interval)) + " x " +
+                     number_text(grid_line_count(m.y_range, m.y_interval)) +
                      " points; the limit is 100 million",
                  ErrorCode::kLimit);
   }

@@ -81,6 +81,11 @@ struct Machining {
   std::optional<double> feed, spindle, clearance;
 };
 
+// Lines of the grid along one axis: range[0], range[0] + interval, .. and always range[1]. A last
+// interval shorter than 1e-12 of the range counts as none. Needs: a range that is not empty, an
+// interval above 0; a double because programs may ask for more lines than there are integers.
+double grid_line_count(const std::array<double, 2>& range, double interval);
+
 struct PartProgram {
   std::string name;  // the file's stem
   std::string file;  // as given

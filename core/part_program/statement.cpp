@@ -73,22 +73,4 @@ std::string upper_case(std::string_view text) {
   return upper;
 }
 
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kShown = 40;
-  constexpr char kHex[] = "0123456789abcdef";
-  std::string out = "\"";
-  for (const char c : text.substr(0, kShown)) {
-    if (c >= 0x20 && c < 0x7F) {
-      out += c;
-    } else {
-      const unsigned byte = static_cast<unsigned char>(c);
-      out += "\\x";
-      out += kHex[byte >> 4];
-      out += kHex[byte & 15u];
-    }
-  }
-  if (text.size() > kShown) out += "...";
-  return out + '"';
-}
-
 }  // namespace diesink

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/diagnostics.h"
+
 namespace diesink {
 
 // Limits of a part program.
@@ -50,8 +52,5 @@ Statements split_statements(std::string_view text);
 
 // Letters in upper case; other bytes as they are.
 std::string upper_case(std::string_view text);
-
-// `"text"` for a message: at most 40 bytes of it, bytes outside printable ASCII as \xNN.
-std::string quoted(std::string_view text);
 
 }  // namespace diesink
