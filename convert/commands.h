@@ -6,7 +6,6 @@
 
 namespace diesink {
 
-extern const Command kCcCommand;
 extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
 

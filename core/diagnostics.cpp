@@ -1,7 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/diagnostics.h"
 
+#include <algorithm>
+#include <string_view>
+
 namespace diesink {
+namespace {
+
+bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0u) == 0x80u; }
+bool is_control(char c) { return (c >= 0 && c < 0x20 && c != '\t') || c == 0x7F; }
+
+// The source line and a caret under its column. Long lines are cut around the column, control
+// characters shown as `?`: a message must not steer the terminal.
+std::string caret_lines(std::string_view line, std::size_t column) {
+  constexpr std::size_t kShown = 160;
+  std::size_t caret = std::min(column - 1, line.size());
+  if (line.size() > kShown) {
+    std::size_t from = caret < kShown / 2 ? 0 : caret - kShown / 2;
+    while (from > 0 && continues_character(line[from])) --from;
+    line = line.substr(from, kShown);
+    caret -= from;
+  }
+  std::string text = "\n  ";
+  for (const char c : line) text += is_control(c) ? '?' : c;
+  text += "\n  ";
+  // Tabs are kept so that the caret stands under its column in any tab width.
+  for (const char c : line.substr(0, caret)) {
+    if (!continues_character(c)) text += c == '\t' ? '\t' : ' ';
+  }
+  return text + '^';
+}
+
+}  // namespace
 
 std::string to_text(const Diagnostic& diagnostic) {
   const Place& at = diagnostic.where;
@@ -15,12 +45,7 @@ std::string to_text(const Diagnostic& diagnostic) {
   text += diagnostic.severity == Severity::kError ? ": error: " : ": warning: ";
   text += diagnostic.message;
   if (!diagnostic.source_line.empty() && at.column > 0) {
-    text += "\n  " + diagnostic.source_line + "\n  ";
-    // Tabs are kept so that the caret stands under its column in any tab width.
-    for (std::size_t i = 0; i + 1 < at.column; ++i) {
-      text += i < diagnostic.source_line.size() && diagnostic.source_line[i] == '\t' ? '\t' : ' ';
-    }
-    text += '^';
+    text += caret_lines(diagnostic.source_line, at.column);
   }
   return text;
 }

@@ -19,10 +19,14 @@ std::vector<std::uint8_t> face_numbers(const Body& body) {
     return numbers;
   }
   switch (std::get<QuadricBody>(body).shape) {
-    case QuadricShape::kEllipsoid: return {kFaceSide};
-    case QuadricShape::kCone: return {kFaceSide, kFaceBottom};
-    case QuadricShape::kCylinder: return {kFaceSide, kFaceBottom, kFaceTop};
-    case QuadricShape::kParaboloid: return {kFaceSide, kFaceTop};
+    case QuadricShape::kEllipsoid:
+      return {kFaceSide};
+    case QuadricShape::kCone:
+      return {kFaceSide, kFaceBottom};
+    case QuadricShape::kCylinder:
+      return {kFaceSide, kFaceBottom, kFaceTop};
+    case QuadricShape::kParaboloid:
+      return {kFaceSide, kFaceTop};
   }
   return numbers;
 }
@@ -63,7 +67,8 @@ std::array<Vec3, 2> bounds_of(const Body& body) {
         const auto support = [&](double s) {
           const double rim = s * w * q.C + radial * std::sqrt(q.C);
           if (s * w >= 0) return rim;
-          const double root = radial / (-2 * s * w);  // sqrt of local height where the normal matches
+          const double root =
+              radial / (-2 * s * w);  // sqrt of local height where the normal matches
           return root * root <= q.C ? radial * root + s * w * root * root : rim;
         };
         hi = support(1);

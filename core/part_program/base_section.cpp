@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/ferguson.h"
 #include "core/number.h"
 #include "core/part_program/sections.h"
 #include "core/solids/frame.h"
@@ -11,55 +12,6 @@ namespace diesink {
 namespace {
 
 const std::vector<std::string_view> kBases = {"FERGU", "PLANE", "MESH", "NONE"};
-
-// Twice the signed plan area at corner b of a-b-c.
-double plan_turn(const Vec3& a, const Vec3& b, const Vec3& c) {
-  return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
-}
-
-// Corner turns of the grid cell at (i, j), in its order round the cell.
-std::array<double, 4> cell_turns(const FergusonBase& base, int i, int j) {
-  const auto at = [&](int column, int row) -> const Vec3& {
-    return base.points[static_cast<std::size_t>(row) * static_cast<std::size_t>(base.columns) +
-                       static_cast<std::size_t>(column)];
-  };
-  const Vec3 &a = at(i, j), &b = at(i + 1, j), &c = at(i + 1, j + 1), &d = at(i, j + 1);
-  return {plan_turn(d, a, b), plan_turn(a, b, c), plan_turn(b, c, d), plan_turn(c, d, a)};
-}
-
-// The plain folds: a cell that lies wholly the other way round than the grid as a whole, or no cell
-// with any area. What the curved patches do between their corners is checked where the surface is
-// built.
-void check_folds(const FergusonBase& base, const StatementList& points, const Statement& header,
-                 Report& report) {
-  double total = 0;
-  for (int j = 0; j + 1 < base.rows; ++j) {
-    for (int i = 0; i + 1 < base.columns; ++i) {
-      for (const double turn : cell_turns(base, i, j)) total += turn;
-    }
-  }
-  if (total == 0) {
-    report.error(header, header.column, "the base grid has no area in plan");
-    return;
-  }
-  for (int j = 0; j + 1 < base.rows; ++j) {
-    for (int i = 0; i + 1 < base.columns; ++i) {
-      const std::array<double, 4> turns = cell_turns(base, i, j);
-      if (!std::ranges::all_of(turns,
-                               [&](double turn) { return total > 0 ? turn <= 0 : turn >= 0; })) {
-        continue;
-      }
-      const Statement& at =
-          *points[static_cast<std::size_t>(j) * static_cast<std::size_t>(base.columns) +
-                  static_cast<std::size_t>(i)];
-      report.error(at, at.column,
-                   "the base grid is folded in plan: the cell from point (" +
-                       std::to_string(i + 1) + ',' + std::to_string(j + 1) +
-                       ") lies the other way round than the grid");
-      return;
-    }
-  }
-}
 
 // `first` is the field that holds m.
 BaseSurface read_ferguson(const Statement& header, std::size_t first, const StatementList& rest,
@@ -109,7 +61,10 @@ BaseSurface read_ferguson(const Statement& header, std::size_t first, const Stat
                      std::to_string(base.points.size()) + ')');
     return {};
   }
-  if (good) check_folds(base, rest, header, report);
+  if (good) {
+    const Result<FergusonSurface> surface = FergusonSurface::make(base);
+    if (!surface) report.error(header, header.fields[first], surface.error().message);
+  }
   return base;
 }
 

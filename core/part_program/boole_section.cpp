@@ -167,7 +167,10 @@ int ExpressionReader::surface_of(const Statement& s, std::uint32_t column, const
   const auto found = names_.surface.find(id);
   if (found != names_.surface.end()) return found->second;
   if (names_.declared.find(id) == names_.declared.end()) {
-    report_.error(s, column, quoted(id) + " is not defined" + suggestion(id, known_));
+    // Short names such as S1 and S9 are all near each other; only longer ones are misspelt.
+    report_.error(s, column,
+                  quoted(id) + " is not defined" +
+                      (id.size() > 2 ? suggestion(id, known_) : std::string()));
   }
   return 0;
 }

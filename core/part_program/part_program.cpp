@@ -152,7 +152,13 @@ PartProgram read_sections(const Statements& statements, Report& report) {
   if (sections[kBoole].header != nullptr) {
     program.boole = read_expression(sections[kBoole], names, &sections[kBase], has_base, report);
   } else {
-    report.error(statements.last_line, "the section BOOLE-DEF is missing");
+    const std::string message = "the section BOOLE-DEF is missing";
+    if (statements.list.empty()) {
+      report.error(1, message);
+    } else {
+      const Statement& last = statements.list.back();
+      report.error(last, last.column, message);
+    }
   }
   if (!report.has_errors()) {
     const Statement& end = sections[kMachining].header != nullptr ? *sections[kMachining].header

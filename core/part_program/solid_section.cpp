@@ -198,7 +198,11 @@ void SolidReader::stray(const Statement& s, const std::string& keyword) {
       is_data ? id_ + " takes no " + keyword : "unknown statement " + quoted(s.fields[0].text);
   message += "; " + std::string(kind_->keyword) + " option " + std::to_string(option_->number) +
              " takes " + word_list(own);
-  report_.error(s, s.fields[0], message + (is_data ? std::string() : suggestion(keyword, own)));
+  if (!is_data) message += suggestion(keyword, own);
+  report_.error(s, s.fields[0], message);
+  // The statement it was meant to be is not missing as well.
+  const std::optional<std::size_t> meant = nearest_word(keyword, own);
+  if (!is_data && meant && given_[*meant] == nullptr) given_[*meant] = &s;
 }
 
 // Checks that the solid is complete and builds its body.

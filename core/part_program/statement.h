@@ -41,7 +41,7 @@ enum class LexFault : std::uint8_t { kNone, kLineTooLong, kTooManyStatements };
 
 struct Statements {
   std::vector<Statement> list;
-  std::uint32_t last_line = 1;  // of the text, or where lexing stopped
+  std::uint32_t last_line = 1;  // the last line read
   LexFault fault = LexFault::kNone;
 };
 
