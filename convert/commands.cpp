@@ -7,7 +7,7 @@
 namespace diesink {
 
 std::span<const Command* const> all_commands() {
-  static constexpr std::array kCommands{&kInfoCommand, &kFormatsCommand};
+  static constexpr std::array kCommands{&kCcCommand, &kInfoCommand, &kFormatsCommand};
   return kCommands;
 }
 

@@ -6,6 +6,7 @@
 
 namespace diesink {
 
+extern const Command kCcCommand;
 extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
 

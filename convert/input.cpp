@@ -6,6 +6,7 @@
 #include <array>
 #include <string_view>
 
+#include "convert/paths.h"
 #include "formats/input_file.h"
 
 namespace diesink {
@@ -48,9 +49,7 @@ bool is_part_program(std::span<const std::byte> bytes, const std::string& path) 
                   [&](std::string_view each) { return same_word(keyword, each); })) {
     return true;
   }
-  constexpr std::string_view kEnding = ".part";
-  return path.size() > kEnding.size() &&
-         same_word(std::string_view(path).substr(path.size() - kEnding.size()), kEnding);
+  return has_ending(path, ".part");
 }
 
 Loaded<PartProgram> load_part_program(const std::string& path, Diagnostics& diagnostics) {
