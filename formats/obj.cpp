@@ -194,7 +194,7 @@ const Format kObj{
     .units = Keeps::kYes,
     .sharing = Keeps::kYes,
     .matches = looks_like_obj,
-    .read = nullptr,
+    .read = read_obj,
     .write = write_obj,
     .stream = stream_obj,
     .remarks = "units and up axis as comments; colours of elements in the .mtl",

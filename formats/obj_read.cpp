@@ -1,17 +1,331 @@
+// OBJ. Source: Alias/Wavefront's Advanced Visualizer Manual, appendix B1, "Object Files".
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <optional>
 
+#include "formats/element_runs.h"
+#include "formats/file_marks.h"
+#include "formats/mesh_builder.h"
 #include "formats/obj.h"
-#include "formats/text_scanner.h"
+#include "formats/obj_material.h"
+#include "formats/obj_parse.h"
+#include "formats/parallel.h"
 
 namespace diesink {
+namespace {
+
+// Below this a file is read by one thread.
+constexpr std::size_t kParallelBytes = std::size_t{16} << 20;
+
+class ObjReader {
+ public:
+  ObjReader(std::string_view text, const ReadOptions& options, Diagnostics& diagnostics)
+      : whole_(text, options.file_name, true),
+        options_(options),
+        diagnostics_(diagnostics),
+        builder_(mesh_, options) {}
+
+  Result<TriangleMesh> read() {
+    cut_into_sections();
+    if (const Status parsed = parse_sections(); !parsed) return parsed.error();
+    if (const Status gathered = gather_vertices(); !gathered) return gathered.error();
+    for (std::size_t s = 0; s < sections_.size(); ++s) {
+      // Without a single normal in the file, its faces have none.
+      if (mesh_.normals.empty()) lost_normals_ += sections_[s].face_normals.size();
+      if (const Status built = build_faces(s); !built) return built.error();
+    }
+    if (const Status finished = finish(); !finished) return finished.error();
+    return std::move(mesh_);
+  }
+
+ private:
+  // Sections begin at a line whose predecessor's end is no continuation.
+  void cut_into_sections() {
+    const std::size_t size = whole_.left();
+    const std::size_t threads = static_cast<std::size_t>(thread_count(options_.threads));
+    const std::size_t wanted =
+        size < kParallelBytes ? 1 : std::min(threads, size / (kParallelBytes / 4));
+    const char* const begin = whole_.begin();
+    const char* const end = whole_.end();
+    starts_.assign(1, begin);
+    for (std::size_t i = 1; i < wanted; ++i) {
+      const char* at = std::max(begin + size / wanted * i, starts_.back());
+      while (at != end && !(*at == '\n' && at != begin && at[-1] != '\\' && at[-1] != '\r')) {
+        // CRLF: what stands before the CR decides.
+        if (*at == '\n' && at - begin > 1 && at[-1] == '\r' && at[-2] != '\\') break;
+        ++at;
+      }
+      if (at != end) starts_.push_back(at + 1);
+    }
+    starts_.push_back(end);
+    sections_.resize(starts_.size() - 1);
+  }
+
+  [[nodiscard]] TextScanner section_text(std::size_t s) const {
+    return whole_.section(starts_[s], starts_[s + 1]);
+  }
+
+  Status parse_sections() {
+    const int threads = thread_count(options_.threads);
+    if (sections_.size() > 1) {
+      std::vector<ObjCounts> counts(sections_.size());
+      run_parallel(counts.size(), threads,
+                   [&](std::size_t s) { counts[s] = count_obj(section_text(s)); });
+      ObjCounts sum;
+      for (std::size_t s = 0; s < counts.size(); ++s) {
+        sections_[s].before = sum;
+        sum.vertices += counts[s].vertices;
+        sum.textures += counts[s].textures;
+        sum.normals += counts[s].normals;
+      }
+    }
+    std::vector<Status> states(sections_.size(), ok());
+    run_parallel(sections_.size(), threads, [&](std::size_t s) {
+      states[s] = parse_obj(section_text(s), options_, sections_[s]);
+    });
+    for (const Status& state : states) {
+      if (!state) return state;
+    }
+    return ok();
+  }
+
+  Status gather_vertices() {
+    const bool colored =
+        std::any_of(sections_.begin(), sections_.end(),
+                    [](const ObjSection& section) { return !section.colors.empty(); });
+    std::size_t vertices = 0;
+    for (const ObjSection& section : sections_) vertices += section.positions.size();
+    if (vertices >= FaceBuilder::kNoNormal) {
+      return Error{ErrorCode::kLimit, "more vertices than 32 bits can count", whole_.place()};
+    }
+    if (sections_.size() == 1) {
+      mesh_.positions = std::move(sections_[0].positions);
+      mesh_.normals = std::move(sections_[0].normals);
+      mesh_.vertex_colors = std::move(sections_[0].colors);
+      return ok();
+    }
+    mesh_.positions.reserve(vertices);
+    for (ObjSection& section : sections_) {
+      mesh_.positions.insert(mesh_.positions.end(), section.positions.begin(),
+                             section.positions.end());
+      mesh_.normals.insert(mesh_.normals.end(), section.normals.begin(), section.normals.end());
+      if (colored) {
+        section.colors.resize(section.positions.size(), Color{255, 255, 255, 255});
+        mesh_.vertex_colors.insert(mesh_.vertex_colors.end(), section.colors.begin(),
+                                   section.colors.end());
+      }
+      section.positions = {};
+      section.normals = {};
+      section.colors = {};
+    }
+    return ok();
+  }
+
+  Error error_at_face(std::size_t s, std::size_t face, std::string message,
+                      ErrorCode code = ErrorCode::kInput) const {
+    return {code, std::move(message), whole_.place(find_obj_face(section_text(s), face))};
+  }
+
+  Status build_faces(std::size_t s) {
+    ObjSection& section = sections_[s];
+    std::size_t corner = 0;
+    auto event = section.events.begin();
+    for (std::size_t face = 0; face <= section.faces; ++face) {
+      for (; event != section.events.end() && event->face == face; ++event) {
+        if (const Status taken = take_event(section, *event); !taken) return taken;
+      }
+      if (face == section.faces) break;
+      const std::size_t corners = section.face_sizes.empty() ? 3 : section.face_sizes[face];
+      const std::span<const std::uint32_t> vertices =
+          std::span(section.face_vertices).subspan(corner, corners);
+      std::span<std::uint32_t> normals;
+      if (!section.face_normals.empty())
+        normals = std::span(section.face_normals).subspan(corner, corners);
+      for (std::uint32_t& n : normals) {
+        if (n != FaceBuilder::kNoNormal && n >= mesh_.normals.size()) {
+          n = FaceBuilder::kNoNormal;
+          ++lost_normals_;
+        }
+      }
+      corner += corners;
+      if (!element_) element_ = elements_.named(group_, material_);
+      switch (builder_.add(vertices, normals, *element_)) {
+        case FaceVerdict::kFine:
+          break;
+        case FaceVerdict::kTooFew:
+          ++few_;
+          break;
+        case FaceVerdict::kCrossing:
+          ++crossing_;
+          break;
+        case FaceVerdict::kOutOfRange: {
+          const std::uint32_t largest = *std::max_element(vertices.begin(), vertices.end());
+          return error_at_face(s, face,
+                               "vertex " + std::to_string(std::uint64_t{largest} + 1) +
+                                   ", but the file has " + std::to_string(mesh_.positions.size()));
+        }
+        case FaceVerdict::kTooMany:
+          return error_at_face(
+              s, face, "more triangles than the limit of " + std::to_string(options_.max_triangles),
+              ErrorCode::kLimit);
+      }
+    }
+    section.face_vertices = {};
+    section.face_normals = {};
+    return ok();
+  }
+
+  Status take_event(const ObjSection& section, const ObjEvent& event) {
+    switch (event.kind) {
+      case ObjEvent::Kind::kGroup:
+      case ObjEvent::Kind::kObject:
+        group_ = event.name;
+        break;
+      case ObjEvent::Kind::kMaterial:
+        material_ = event.name;
+        break;
+      case ObjEvent::Kind::kLibrary:
+        read_materials(options_.folder, event.name, whole_.place(event.name.data()), colors_,
+                       diagnostics_);
+        return ok();
+      case ObjEvent::Kind::kLine:
+        return take_line(section, event);
+    }
+    element_.reset();
+    return ok();
+  }
+
+  Status take_line(const ObjSection& section, const ObjEvent& event) {
+    MeshCurve curve;
+    for (std::size_t i = 0; i < event.count; ++i) {
+      const std::uint32_t v = section.line_vertices[event.first + i];
+      if (v >= mesh_.positions.size()) {
+        return whole_.error("vertex " + std::to_string(std::uint64_t{v} + 1) +
+                                ", but the file has " + std::to_string(mesh_.positions.size()),
+                            event.name.data());
+      }
+      curve.vertices.push_back(v);
+    }
+    if (curve.vertices.size() > 2 && curve.vertices.front() == curve.vertices.back()) {
+      curve.vertices.pop_back();
+      curve.closed = true;
+    }
+    mesh_.curves.push_back(std::move(curve));
+    curve_groups_.push_back(group_);
+    return ok();
+  }
+
+  Status finish() {
+    read_marks();
+    // What this program calls the lack of a material is none.
+    if (ours_) {
+      for (MeshElement& element : elements_.elements()) {
+        if (element.solid == kObjNoMaterial) element.solid.clear();
+      }
+    }
+    for (MeshElement& element : elements_.elements()) {
+      if (const auto color =
+              colors_.find(element.solid.empty() && ours_ ? kObjNoMaterial : element.solid);
+          color != colors_.end()) {
+        element.color = color->second;
+      }
+    }
+    const std::size_t given = builder_.finish(elements_);
+    for (std::size_t c = 0; c < mesh_.curves.size(); ++c) {
+      if (!read_curve_label(curve_groups_[c], mesh_, mesh_.curves[c])) {
+        mesh_.curves[c].name = std::string(curve_groups_[c]);
+      }
+    }
+    const Place file{options_.file_name};
+    const auto warn = [&](std::size_t count, std::string_view what) {
+      if (count > 0) diagnostics_.warning(std::to_string(count) + " " + std::string(what), file);
+    };
+    if (mesh_.positions.empty()) return Error{ErrorCode::kInput, "the file has no vertices", file};
+    if (mesh_.triangles.empty()) diagnostics_.warning("the file has no faces", file);
+    warn(few_, "faces with fewer than three corners are left out");
+    warn(crossing_, "polygons cross themselves or are flat");
+    warn(lost_normals_, "corners name normals that are not there");
+    if (given > 0) warn(given, "triangles have no normals: they were given their own");
+    warn_tallies();
+    return ok();
+  }
+
+  void read_marks() {
+    for (std::string_view comment : sections_[0].comments) {
+      while (!comment.empty() && (comment[0] == '#' || is_blank(comment[0])))
+        comment.remove_prefix(1);
+      if (comment.starts_with("diesink")) ours_ = true;
+      read_mark(comment, mesh_);
+    }
+  }
+
+  void warn_tallies() {
+    ObjSection sum;
+    std::uint64_t textures = 0;
+    for (const ObjSection& s : sections_) {
+      if (sum.unknown.count() == 0) sum.first_unknown = s.first_unknown;
+      sum.odd_weights.add(s.odd_weights);
+      sum.uncolored.add(s.uncolored);
+      sum.points.add(s.points);
+      sum.unknown.add(s.unknown);
+      sum.forward.add(s.forward);
+      sum.no_direction.add(s.no_direction);
+      sum.bad_texture.add(s.bad_texture);
+      sum.last_texture = std::max(sum.last_texture, s.last_texture);
+      textures += s.textures;
+    }
+    sum.odd_weights.warn("vertices have a weight other than 1, which is not kept", whole_,
+                         diagnostics_);
+    sum.uncolored.warn("vertices have no colour where others have: they are white", whole_,
+                       diagnostics_);
+    sum.points.warn("point statements are left out", whole_, diagnostics_);
+    sum.unknown.warn("statements that are not read, the first " + quoted(sum.first_unknown), whole_,
+                     diagnostics_);
+    sum.forward.warn("corners name vertices that come after their face", whole_, diagnostics_);
+    sum.no_direction.warn("normals have no direction", whole_, diagnostics_);
+    sum.bad_texture.warn("corners name texture coordinates that cannot be", whole_, diagnostics_);
+    if (sum.last_texture > textures) {
+      diagnostics_.warning("faces name texture coordinate " + std::to_string(sum.last_texture) +
+                               ", but the file has " + std::to_string(textures),
+                           {options_.file_name});
+    }
+  }
+
+  TextScanner whole_;
+  const ReadOptions& options_;
+  Diagnostics& diagnostics_;
+  TriangleMesh mesh_;
+  FaceBuilder builder_;
+  ElementTable elements_;
+  std::map<std::string, Color, std::less<>> colors_;
+  std::vector<const char*> starts_;
+  std::vector<ObjSection> sections_;
+  std::string_view group_, material_;
+  std::optional<std::uint32_t> element_;
+  std::vector<std::string_view> curve_groups_;
+  std::size_t few_ = 0, crossing_ = 0, lost_normals_ = 0;
+  bool ours_ = false;
+};
+
+}  // namespace
 
 bool looks_like_obj(std::span<const std::byte> bytes) {
   constexpr std::array<std::string_view, 12> kWords{"v", "vn", "vt", "vp", "f",      "l",
                                                     "p", "o",  "g",  "s",  "mtllib", "usemtl"};
   const std::string word = first_word_of(bytes);
   return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
+}
+
+Result<TriangleMesh> read_obj(std::span<const std::byte> bytes, const ReadOptions& options,
+                              Diagnostics& diagnostics) {
+  const std::string_view text = text_of(bytes);
+  if (text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE")) {
+    return Error{ErrorCode::kUnsupported,
+                 "UTF-16 text is not read, expected UTF-8 or ASCII",
+                 {options.file_name}};
+  }
+  return ObjReader(text, options, diagnostics).read();
 }
 
 }  // namespace diesink

@@ -81,7 +81,7 @@ const Format kOff{
     .units = Keeps::kYes,
     .sharing = Keeps::kYes,
     .matches = looks_like_off,
-    .read = nullptr,
+    .read = read_off,
     .write = write_off,
     .stream = stream_off,
     .remarks = "units and up axis as comments",

@@ -241,7 +241,7 @@ const Format kPly{
     .units = Keeps::kYes,
     .sharing = Keeps::kYes,
     .matches = looks_like_ply,
-    .read = nullptr,
+    .read = read_ply,
     .write = write_ply,
     .stream = stream_ply,
     .remarks = "names, colours of elements, units and up axis as comments",

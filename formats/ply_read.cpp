@@ -1,9 +1,639 @@
+// PLY. Source: G. Turk, "The PLY Polygon File Format", 1994.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+
+#include "formats/element_runs.h"
+#include "formats/file_marks.h"
+#include "formats/mesh_builder.h"
 #include "formats/ply.h"
-#include "formats/text_scanner.h"
+#include "formats/ply_header.h"
+#include "formats/ply_values.h"
 
 namespace diesink {
+namespace {
+
+// What a property of a vertex, normal or edge means.
+enum class Role : std::uint8_t {
+  kSkip,
+  kX,
+  kY,
+  kZ,
+  kNx,
+  kNy,
+  kNz,
+  kRed,
+  kGreen,
+  kBlue,
+  kAlpha,
+  kCount
+};
+constexpr std::size_t kMaxCorners = std::size_t{1} << 22;  // of one face or strip
+constexpr std::size_t kRoles = static_cast<std::size_t>(Role::kCount);
+
+Role role_of(std::string_view name) {
+  using Name = std::pair<std::string_view, Role>;
+  constexpr std::array kNames{Name{"x", Role::kX},
+                              Name{"y", Role::kY},
+                              Name{"z", Role::kZ},
+                              Name{"nx", Role::kNx},
+                              Name{"ny", Role::kNy},
+                              Name{"nz", Role::kNz},
+                              Name{"red", Role::kRed},
+                              Name{"green", Role::kGreen},
+                              Name{"blue", Role::kBlue},
+                              Name{"alpha", Role::kAlpha},
+                              Name{"r", Role::kRed},
+                              Name{"g", Role::kGreen},
+                              Name{"b", Role::kBlue},
+                              Name{"a", Role::kAlpha},
+                              Name{"diffuse_red", Role::kRed},
+                              Name{"diffuse_green", Role::kGreen},
+                              Name{"diffuse_blue", Role::kBlue}};
+  for (const Name& known : kNames) {
+    if (known.first == name) return known.second;
+  }
+  return Role::kSkip;
+}
+
+template <class Values>
+class BodyReader {
+ public:
+  BodyReader(TextScanner& text, const PlyHeader& header, const ReadOptions& options,
+             Diagnostics& diagnostics)
+      : text_(text),
+        values_(text),
+        header_(header),
+        options_(options),
+        diagnostics_(diagnostics),
+        builder_(mesh_, options) {}
+
+  Result<TriangleMesh> read() {
+    read_comments();
+    if (const Status order = check_elements(); !order) return order.error();
+    // Faces need their vertices' positions to be cut, and may come before them.
+    const char* faces = nullptr;
+    for (const PlyElement& element : header_.elements) {
+      if (const Status fits = check_size(element); !fits) return fits.error();
+      const bool is_face = element.name == "face" || element.name == "tristrips";
+      Status status = ok();
+      if (is_face && !vertices_read_) {
+        faces = text_.at();
+        status = skip(element);
+      } else if (is_face) {
+        status = read_faces(element);
+      } else if (element.name == "vertex") {
+        status = read_vertices(element);
+      } else if (element.name == "normal") {
+        status = read_normals(element);
+      } else if (element.name == "edge") {
+        status = read_edges(element);
+      } else {
+        if (element.count > 0) ignored_.push_back("element " + quoted(element.name));
+        status = skip(element);
+      }
+      if (!status) return status.error();
+    }
+    const char* const end = text_.at();
+    if (faces != nullptr) {
+      text_.move_to(faces);
+      for (const PlyElement& element : header_.elements) {
+        if (element.name != "face" && element.name != "tristrips") continue;
+        if (const Status status = read_faces(element); !status) return status.error();
+      }
+      text_.move_to(end);
+    }
+    if (const Status status = finish(); !status) return status.error();
+    return std::move(mesh_);
+  }
+
+ private:
+  Error at_fault(const char* start) {
+    Error error = *values_.failed;
+    if (header_.encoding != PlyEncoding::kAscii) {
+      error.where = binary_place(start);
+    }
+    return error;
+  }
+  [[nodiscard]] Place binary_place(const char* at) const {
+    Place place{options_.file_name, 0, 0, at - text_.begin()};
+    return header_.encoding == PlyEncoding::kAscii ? text_.place(at) : place;
+  }
+  Error error(std::string message, const char* at, ErrorCode code = ErrorCode::kInput) const {
+    return {code, std::move(message), binary_place(at)};
+  }
+
+  void read_comments() {
+    for (const std::string_view comment : header_.comments) {
+      TextScanner words(comment, {});
+      const std::string_view kind = words.word();
+      const std::optional<std::int64_t> number = integer_of(words.word());
+      if (!number || *number < 0) {
+        read_mark(comment, mesh_);
+        continue;
+      }
+      const auto index = static_cast<std::size_t>(*number);
+      if (kind == "element" && index == elements_.size()) {
+        elements_.add({std::string(words.rest_of_line()), {}, std::nullopt});
+      } else if (kind == "solid" && index < elements_.size()) {
+        elements_.elements()[index].solid = std::string(words.rest_of_line());
+      } else if (kind == "color" && index < elements_.size()) {
+        Color color{0, 0, 0, 255};
+        for (std::uint8_t& part : color) {
+          const std::optional<std::int64_t> value = integer_of(words.word());
+          if (value && *value >= 0 && *value <= 255) part = static_cast<std::uint8_t>(*value);
+        }
+        elements_.elements()[index].color = color;
+      } else if (kind == "curve" && index == curve_labels_.size()) {
+        curve_labels_.push_back(words.rest_of_line());
+      }
+    }
+    own_elements_ = elements_.size();
+  }
+
+  Status check_elements() const {
+    const auto vertex = std::find_if(header_.elements.begin(), header_.elements.end(),
+                                     [](const PlyElement& e) { return e.name == "vertex"; });
+    if (vertex == header_.elements.end())
+      return error("the file has no element 'vertex'", text_.at());
+    for (const std::string_view axis : {"x", "y", "z"}) {
+      const PlyProperty* const property = vertex->find(axis);
+      if (property == nullptr || property->list) {
+        return error("the vertices have no property '" + std::string(axis) + "'", text_.at());
+      }
+    }
+    return ok();
+  }
+
+  Status check_size(const PlyElement& element) const {
+    std::size_t row = 0;
+    for (const PlyProperty& p : element.properties)
+      row += Values::bytes(p.list ? p.count_type : p.type);
+    if (element.count == 0) return ok();
+    if (row == 0)
+      return error("element " + quoted(element.name) + " has rows but no properties", text_.at());
+    if (element.count > values_.left() / row) {
+      return error(std::to_string(element.count) + " rows of " + quoted(element.name) +
+                       " do not fit in the " + std::to_string(text_.left()) + " bytes left",
+                   text_.at());
+    }
+    if (element.count > 0x7FFFFFFF)
+      return error("more rows than 31 bits can count", text_.at(), ErrorCode::kLimit);
+    return ok();
+  }
+
+  // The length of a list that fits in what is left.
+  bool read_length(const PlyProperty& property, std::size_t& length) {
+    double value = 0;
+    const char* const start = text_.at();
+    if (!values_.read(property.count_type, value)) return false;
+    if (value < 0 || value > static_cast<double>(values_.left() / Values::bytes(property.type))) {
+      values_.failed = error("a list of " + to_text(value) + " items does not fit in the " +
+                                 std::to_string(text_.left()) + " bytes left",
+                             start);
+      return false;
+    }
+    length = static_cast<std::size_t>(value);
+    return true;
+  }
+
+  bool skip_property(const PlyProperty& property) {
+    double value = 0;
+    if (!property.list) return values_.read(property.type, value);
+    std::size_t length = 0;
+    if (!read_length(property, length)) return false;
+    while (length-- > 0) {
+      if (!values_.read(property.type, value)) return false;
+    }
+    return true;
+  }
+
+  Status skip(const PlyElement& element) {
+    for (std::uint64_t row = 0; row < element.count; ++row) {
+      const char* const start = text_.at();
+      for (const PlyProperty& property : element.properties) {
+        if (!skip_property(property)) return at_fault(start);
+      }
+      values_.end_row();
+    }
+    return ok();
+  }
+
+  struct Plan {
+    std::vector<Role> roles;
+    std::array<bool, kRoles> has{};
+    std::array<PlyType, kRoles> type{};
+    [[nodiscard]] bool all(Role a, Role b, Role c) const {
+      return has[static_cast<std::size_t>(a)] && has[static_cast<std::size_t>(b)] &&
+             has[static_cast<std::size_t>(c)];
+    }
+  };
+
+  Plan plan_of(const PlyElement& element) {
+    Plan plan;
+    std::string skipped;
+    for (const PlyProperty& property : element.properties) {
+      Role role = property.list ? Role::kSkip : role_of(property.name);
+      if (plan.has[static_cast<std::size_t>(role)]) role = Role::kSkip;
+      plan.roles.push_back(role);
+      if (role == Role::kSkip) {
+        skipped += (skipped.empty() ? "" : ", ") + property.name;
+      } else {
+        plan.has[static_cast<std::size_t>(role)] = true;
+        plan.type[static_cast<std::size_t>(role)] = property.type;
+      }
+    }
+    if (!skipped.empty() && element.count > 0) {
+      ignored_.push_back("properties " + quoted(skipped) + " of " + quoted(element.name));
+    }
+    return plan;
+  }
+
+  // Calls `take` with the row's values by role.
+  template <class Take>
+  Status read_rows(const PlyElement& element, const Plan& plan, Take take) {
+    std::array<double, kRoles> row{};
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      const char* const start = text_.at();
+      for (std::size_t p = 0; p < plan.roles.size(); ++p) {
+        const bool got = element.properties[p].list
+                             ? skip_property(element.properties[p])
+                             : values_.read(element.properties[p].type,
+                                            row[static_cast<std::size_t>(plan.roles[p])]);
+        if (!got) return at_fault(start);
+      }
+      values_.end_row();
+      if (Status taken = take(row, start); !taken) return taken;
+    }
+    return ok();
+  }
+
+  static Vec3 vector_of(const std::array<double, kRoles>& row, Role first) {
+    const auto i = static_cast<std::size_t>(first);
+    return {row[i], row[i + 1], row[i + 2]};
+  }
+
+  static Color color_of(const std::array<double, kRoles>& row, const Plan& plan) {
+    Color color{0, 0, 0, 255};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t i = static_cast<std::size_t>(Role::kRed) + k;
+      if (!plan.has[i]) continue;
+      // 16-bit parts run to 65535.
+      const double value = plan.type[i] == PlyType::kUint16 ? row[i] / 257 : row[i];
+      color[k] = color_part(value, !is_real(plan.type[i]));
+    }
+    return color;
+  }
+
+  Status read_vertices(const PlyElement& element) {
+    vertices_read_ = true;
+    const Plan plan = plan_of(element);
+    const bool normals = plan.all(Role::kNx, Role::kNy, Role::kNz);
+    const bool colors = plan.all(Role::kRed, Role::kGreen, Role::kBlue);
+    mesh_.positions.reserve(element.count);
+    if (normals) vertex_normals_.reserve(element.count);
+    if (colors) mesh_.vertex_colors.reserve(element.count);
+    return read_rows(
+        element, plan, [&](const std::array<double, kRoles>& row, const char* start) -> Status {
+          const Vec3 p = vector_of(row, Role::kX);
+          if (!p.allFinite()) return error("a coordinate that is no finite number", start);
+          if (const double size = p.cwiseAbs().maxCoeff(); size > options_.max_coordinate) {
+            return error("coordinate " + to_text(size) + " is beyond the limit of " +
+                             to_text(options_.max_coordinate),
+                         start, ErrorCode::kLimit);
+          }
+          mesh_.positions.emplace_back(p + Vec3::Zero());
+          if (normals) vertex_normals_.push_back(unit_normal(vector_of(row, Role::kNx), start));
+          if (colors) mesh_.vertex_colors.push_back(color_of(row, plan));
+          return ok();
+        });
+  }
+
+  // As it is where it is a unit vector up to its file's rounding.
+  Vec3 unit_normal(const Vec3& n, const char* start) {
+    const double length = n.norm();
+    if (!(length > 0) || !std::isfinite(length)) {
+      no_direction_.hit(start);
+      return Vec3::UnitZ();
+    }
+    return std::abs(length - 1) < 1e-3 ? Vec3(n + Vec3::Zero()) : Vec3(n / length);
+  }
+
+  Status read_normals(const PlyElement& element) {
+    const Plan plan = plan_of(element);
+    if (!plan.all(Role::kNx, Role::kNy, Role::kNz))
+      return error("normals need nx, ny and nz", text_.at());
+    mesh_.normals.reserve(element.count);
+    return read_rows(element, plan,
+                     [&](const std::array<double, kRoles>& row, const char* start) -> Status {
+                       mesh_.normals.push_back(unit_normal(vector_of(row, Role::kNx), start));
+                       return ok();
+                     });
+  }
+
+  bool read_indices(const PlyProperty& property, std::vector<double>& list) {
+    std::size_t length = 0;
+    const char* const start = text_.at();
+    if (!read_length(property, length)) return false;
+    if (length > kMaxCorners) {
+      values_.failed =
+          error("a face of " + std::to_string(length) + " corners", start, ErrorCode::kLimit);
+      return false;
+    }
+    list.resize(length);
+    for (double& item : list) {
+      if (!values_.read(property.type, item)) return false;
+    }
+    return true;
+  }
+
+  Status to_vertices(const std::vector<double>& list, const char* start) {
+    face_.clear();
+    for (const double item : list) {
+      if (item < 0 || item >= static_cast<double>(mesh_.positions.size())) {
+        return error("vertex " + to_text(item) + ", expected 0 to " +
+                         std::to_string(static_cast<std::int64_t>(mesh_.positions.size()) - 1),
+                     start);
+      }
+      face_.push_back(static_cast<std::uint32_t>(item));
+    }
+    return ok();
+  }
+
+  Status add_face(std::span<const std::uint32_t> normals, std::uint32_t element,
+                  const char* start) {
+    switch (builder_.add(face_, normals, element)) {
+      case FaceVerdict::kTooFew:
+        few_.hit(start);
+        break;
+      case FaceVerdict::kCrossing:
+        crossing_.hit(start);
+        break;
+      case FaceVerdict::kTooMany:
+        return error("more triangles than the limit of " + std::to_string(options_.max_triangles),
+                     start, ErrorCode::kLimit);
+      case FaceVerdict::kOutOfRange:
+      case FaceVerdict::kFine:
+        break;
+    }
+    return ok();
+  }
+
+  Status read_faces(const PlyElement& element) {
+    const bool strips = element.name == "tristrips";
+    const PlyProperty* indices = element.find("vertex_indices");
+    if (indices == nullptr) indices = element.find("vertex_index");
+    if (indices == nullptr || !indices->list || is_real(indices->type)) {
+      if (element.count == 0) return ok();
+      return error("the faces have no list property 'vertex_indices' of whole numbers", text_.at());
+    }
+    const PlyProperty* normal_list = element.find("normal_indices");
+    if (normal_list != nullptr && !normal_list->list) normal_list = nullptr;
+    const PlyProperty* number = own_elements_ > 0 ? element.find("element") : nullptr;
+    if (number != nullptr && number->list) number = nullptr;
+    Plan colors;
+    std::vector<double> list, normal_items;
+    std::vector<std::uint32_t> normals;
+    const bool room = element.count <= options_.max_triangles;
+    if (room) mesh_.triangles.reserve(element.count);
+    std::array<double, kRoles> row{};
+    for (const PlyProperty& property : element.properties) {
+      const Role role = property.list ? Role::kSkip : role_of(property.name);
+      const bool color = role >= Role::kRed;
+      colors.roles.push_back(color ? role : Role::kSkip);
+      if (color) {
+        colors.has[static_cast<std::size_t>(role)] = true;
+        colors.type[static_cast<std::size_t>(role)] = property.type;
+      } else if (&property != indices && &property != number && &property != normal_list &&
+                 element.count > 0) {
+        ignored_.push_back("property " + quoted(property.name) + " of faces");
+      }
+    }
+    const bool colored = number == nullptr && colors.all(Role::kRed, Role::kGreen, Role::kBlue);
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      const char* const start = text_.at();
+      double own = 0;
+      for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        const PlyProperty& property = element.properties[p];
+        bool got = false;
+        if (&property == indices) {
+          got = read_indices(property, list);
+        } else if (&property == normal_list) {
+          got = read_indices(property, normal_items);
+        } else if (&property == number) {
+          got = values_.read(property.type, own);
+        } else if (property.list) {
+          got = skip_property(property);
+        } else {
+          got = values_.read(property.type, row[static_cast<std::size_t>(colors.roles[p])]);
+        }
+        if (!got) return at_fault(start);
+      }
+      values_.end_row();
+      std::uint32_t of_face = 0;
+      if (number != nullptr) {
+        if (own < 0 || own >= static_cast<double>(own_elements_)) {
+          return error(
+              "element " + to_text(own) + ", expected 0 to " + std::to_string(own_elements_ - 1),
+              start);
+        }
+        of_face = static_cast<std::uint32_t>(own);
+      } else if (colored) {
+        of_face = elements_.colored(color_of(row, colors));
+      }
+      if (strips) {
+        if (const Status strip = read_strip(list, of_face, start); !strip) return strip;
+        continue;
+      }
+      if (const Status face = to_vertices(list, start); !face) return face;
+      normals.clear();
+      if (normal_list != nullptr && normal_items.size() == list.size()) {
+        for (const double n : normal_items) {
+          normals.push_back(n >= 0 && n < 4294967295.0 ? static_cast<std::uint32_t>(n)
+                                                       : FaceBuilder::kNoNormal);
+        }
+      } else if (!vertex_normals_.empty() && normal_list == nullptr) {
+        normals = face_;
+      }
+      if (const Status added = add_face(normals, of_face, start); !added) return added;
+    }
+    own_normals_ = normal_list != nullptr;
+    return ok();
+  }
+
+  // One list of vertices, each but the first two making a triangle, -1 beginning anew.
+  Status read_strip(const std::vector<double>& list, std::uint32_t of_face, const char* start) {
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (list[i] < 0) {
+        first = i + 1;
+        continue;
+      }
+      if (i < first + 2) continue;
+      const bool odd = (i - first) % 2 == 1;
+      std::vector<double> corners{list[i - 2], list[i - 1], list[i]};
+      if (odd) std::swap(corners[0], corners[1]);
+      // Strips turn a corner by repeating a vertex.
+      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[0] == corners[2])
+        continue;
+      if (const Status face = to_vertices(corners, start); !face) return face;
+      const std::vector<std::uint32_t> normals =
+          vertex_normals_.empty() ? std::vector<std::uint32_t>{} : face_;
+      if (const Status added = add_face(normals, of_face, start); !added) return added;
+    }
+    return ok();
+  }
+
+  struct Edge {
+    std::uint32_t a, b;
+    std::int64_t curve;
+  };
+
+  Status read_edges(const PlyElement& element) {
+    const PlyProperty* const a = element.find("vertex1");
+    const PlyProperty* const b = element.find("vertex2");
+    if (a == nullptr || b == nullptr || a->list || b->list) {
+      if (element.count > 0) ignored_.push_back("element 'edge' without vertex1 and vertex2");
+      return skip(element);
+    }
+    const PlyProperty* const curve = element.find("curve");
+    edges_.reserve(element.count);
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      const char* const start = text_.at();
+      double from = 0, to = 0, number = -1;
+      for (const PlyProperty& property : element.properties) {
+        double other = 0;
+        double& value = &property == a       ? from
+                        : &property == b     ? to
+                        : &property == curve ? number
+                                             : other;
+        if (property.list ? !skip_property(property) : !values_.read(property.type, value))
+          return at_fault(start);
+      }
+      edge_start_ = start;
+      const double most = 4294967294.0;
+      if (!(from >= 0 && to >= 0 && from <= most && to <= most))
+        return error("an edge to no vertex", start);
+      edges_.push_back({static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to),
+                        static_cast<std::int64_t>(number)});
+    }
+    return ok();
+  }
+
+  // Edges that follow each other make one curve.
+  Status make_curves() {
+    std::int64_t current = -2;
+    for (const Edge& edge : edges_) {
+      if (edge.a >= mesh_.positions.size() || edge.b >= mesh_.positions.size()) {
+        return error("an edge to a vertex past the last", edge_start_);
+      }
+      const bool goes_on = !mesh_.curves.empty() && edge.curve == current &&
+                           !mesh_.curves.back().closed &&
+                           mesh_.curves.back().vertices.back() == edge.a;
+      if (!goes_on) {
+        MeshCurve curve;
+        const bool labelled =
+            edge.curve >= 0 && edge.curve < static_cast<std::int64_t>(curve_labels_.size());
+        if (labelled)
+          read_curve_label(curve_labels_[static_cast<std::size_t>(edge.curve)], mesh_, curve);
+        curve.vertices.push_back(edge.a);
+        mesh_.curves.push_back(std::move(curve));
+        current = edge.curve;
+      }
+      MeshCurve& curve = mesh_.curves.back();
+      if (edge.b == curve.vertices.front() && curve.vertices.size() > 1) {
+        curve.closed = true;
+      } else {
+        curve.vertices.push_back(edge.b);
+      }
+    }
+    return ok();
+  }
+
+  Status finish() {
+    if (own_normals_ && !mesh_.corner_normals.empty()) {
+      for (std::array<std::uint32_t, 3>& corner : mesh_.corner_normals) {
+        for (std::uint32_t& n : corner) {
+          if (n != FaceBuilder::kNoNormal && n >= mesh_.normals.size()) {
+            return error("a face's normal " + std::to_string(n) + " is past the last", text_.at());
+          }
+        }
+      }
+    } else {
+      mesh_.normals = std::move(vertex_normals_);
+    }
+    const std::size_t given = builder_.finish(elements_);
+    if (given > 0) {
+      diagnostics_.warning(
+          std::to_string(given) + " triangles have no normals: they were given their own",
+          text_.place());
+    }
+    if (const Status curves = make_curves(); !curves) return curves;
+    const Place end = binary_place(text_.at());
+    for (const std::string& what : ignored_)
+      diagnostics_.warning(what + " is not kept", {options_.file_name});
+    if (mesh_.triangles.empty())
+      diagnostics_.warning("the file has no faces", {options_.file_name});
+    warn(few_, "faces with fewer than three corners are left out");
+    warn(crossing_, "polygons cross themselves or are flat");
+    warn(no_direction_, "normals have no direction");
+    warn(values_.longer, "rows have more values than the header announces: they are left out");
+    const bool rest = header_.encoding == PlyEncoding::kAscii ? text_.more() : !text_.at_end();
+    if (rest)
+      diagnostics_.warning(std::to_string(text_.left()) + " bytes after the data are left out",
+                           end);
+    return ok();
+  }
+
+  void warn(const Tally& odd, std::string_view what) {
+    if (odd.count() > 0) {
+      diagnostics_.warning(std::to_string(odd.count()) + " " + std::string(what),
+                           binary_place(odd.first()));
+    }
+  }
+
+  TextScanner& text_;
+  Values values_;
+  const PlyHeader& header_;
+  const ReadOptions& options_;
+  Diagnostics& diagnostics_;
+  TriangleMesh mesh_;
+  FaceBuilder builder_;
+  ElementTable elements_;
+  std::size_t own_elements_ = 0;
+  bool vertices_read_ = false, own_normals_ = false;
+  std::vector<Vec3> vertex_normals_;
+  std::vector<std::uint32_t> face_;
+  std::vector<Edge> edges_;
+  const char* edge_start_ = nullptr;
+  std::vector<std::string_view> curve_labels_;
+  std::vector<std::string> ignored_;
+  Tally few_, crossing_, no_direction_;
+};
+
+}  // namespace
 
 bool looks_like_ply(std::span<const std::byte> bytes) { return first_word_of(bytes) == "ply"; }
+
+Result<TriangleMesh> read_ply(std::span<const std::byte> bytes, const ReadOptions& options,
+                              Diagnostics& diagnostics) {
+  TextScanner text(text_of(bytes), options.file_name);
+  const Result<PlyHeader> header = read_ply_header(text);
+  if (!header) return header.error();
+  switch (header->encoding) {
+    case PlyEncoding::kLittleEndian:
+      return BodyReader<BinaryValues<false>>(text, *header, options, diagnostics).read();
+    case PlyEncoding::kBigEndian:
+      return BodyReader<BinaryValues<true>>(text, *header, options, diagnostics).read();
+    case PlyEncoding::kAscii:
+      break;
+  }
+  return BodyReader<AsciiValues>(text, *header, options, diagnostics).read();
+}
 
 }  // namespace diesink

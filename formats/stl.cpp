@@ -179,7 +179,7 @@ const Format kStl{
     .units = Keeps::kYes,
     .sharing = Keeps::kNo,
     .matches = looks_like_stl,
-    .read = nullptr,
+    .read = read_stl,
     .write = write_stl,
     .stream = stream_stl,
     .remarks =

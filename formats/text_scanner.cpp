@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/text_scanner.h"
 
+#include <algorithm>
+#include <cstring>
+
 namespace diesink {
 
 std::string_view text_of(std::span<const std::byte> bytes) {
@@ -29,6 +32,90 @@ std::string first_word_of(std::span<const std::byte> bytes) {
     word += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   }
   return word;
+}
+
+std::string line_at(std::string_view text, std::size_t offset) {
+  constexpr std::size_t kShown = 200;
+  std::size_t first = offset, last = offset;
+  while (first > 0 && offset - first <= kShown && !is_line_end(text[first - 1])) --first;
+  while (last < text.size() && last - first <= kShown && !is_line_end(text[last])) ++last;
+  const std::string_view line = text.substr(first, last - first);
+  const bool shown = line.size() <= kShown && std::all_of(line.begin(), line.end(), [](char c) {
+                       return c == '\t' || static_cast<unsigned char>(c) >= 0x20;
+                     });
+  return shown ? std::string(line) : std::string();
+}
+
+bool TextScanner::skip_continuation() {
+  const char* next = at_ + 1;
+  if (next == end_ || !is_line_end(*next)) return false;
+  at_ = next + (*next == '\r' && next + 1 != end_ && next[1] == '\n' ? 2 : 1);
+  return true;
+}
+
+std::string_view TextScanner::rest_of_line() {
+  if (!more_in_line()) return {};
+  const char* const first = at_;
+  while (at_ != end_ && !is_line_end(*at_)) ++at_;
+  const char* last = at_;
+  while (is_blank(last[-1])) --last;
+  return {first, static_cast<std::size_t>(last - first)};
+}
+
+void TextScanner::skip_line(bool comment) {
+  while (at_ != end_) {
+    if (*at_ == '\\' && continuation_ && !comment && skip_continuation()) continue;
+    const char c = *at_++;
+    if (!is_line_end(c)) continue;
+    if (c == '\r' && at_ != end_ && *at_ == '\n') ++at_;
+    return;
+  }
+}
+
+bool TextScanner::has_lone_cr() const {
+  const char* const first = std::find_if(begin_, end_, is_line_end);
+  return first != end_ && *first == '\r' && (first + 1 == end_ || first[1] != '\n');
+}
+
+Place TextScanner::place(const char* at) const {
+  Place place{file_, 1, 1, -1};
+  const char* line = begin_;
+  for (const char* c = begin_; c != at; ++c) {
+    const bool ends = *c == '\n' || (*c == '\r' && (c + 1 == end_ || c[1] != '\n'));
+    if (!ends) continue;
+    ++place.line;
+    line = c + 1;
+  }
+  place.column = static_cast<std::uint32_t>(std::min<std::ptrdiff_t>(at - line, 0xFFFFFFF)) + 1;
+  return place;
+}
+
+Error TextScanner::error(std::string message, const char* at) const {
+  return {ErrorCode::kInput, std::move(message), place(at == nullptr ? at_ : at)};
+}
+
+Error TextScanner::number_error(NumberState state, std::string_view expected) const {
+  TextScanner ahead = *this;
+  const std::string_view word = ahead.word();
+  std::string message;
+  if (word.empty()) {
+    message = ahead.at_end() ? "the file ends" : "the line ends";
+  } else if (state == NumberState::kTooLarge) {
+    message = quoted(word) + " is larger than any number";
+  } else if (state == NumberState::kNotFinite) {
+    message = quoted(word) + " is no finite number";
+  } else {
+    message = quoted(word) + " is not a number";
+    if (word.find(',') != std::string_view::npos) message += " (decimals need a point)";
+  }
+  message += ", expected ";
+  message += expected;
+  return error(std::move(message), ahead.at() - word.size());
+}
+
+void Tally::warn(std::string_view what, const TextScanner& text, Diagnostics& diagnostics) const {
+  if (count_ == 0) return;
+  diagnostics.warning(std::to_string(count_) + " " + std::string(what), text.place(first_));
 }
 
 }  // namespace diesink

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/mesh_tools/vertex_table.h"
+
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cstring>
+
+namespace diesink {
+namespace {
+
+std::uint64_t hash_of(const Vec3& p) {
+  // Multiplication carries differences upwards only, and floats widened to doubles differ in their
+  // upper bits: the fold brings them down again before the table takes its low bits.
+  std::array<std::uint64_t, 3> bits{};
+  std::memcpy(bits.data(), p.data(), sizeof bits);
+  std::uint64_t h = bits[0] * 0x9E3779B97F4A7C15ULL;
+  h = (std::rotl(h, 29) ^ bits[1]) * 0xBF58476D1CE4E5B9ULL;
+  h = (std::rotl(h, 31) ^ bits[2]) * 0x94D049BB133111EBULL;
+  return h ^ (h >> 32);
+}
+
+bool same(const Vec3& a, const Vec3& b) {
+  return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
+}
+
+}  // namespace
+
+VertexTable::VertexTable(std::size_t expected) {
+  const std::size_t slots = std::bit_ceil(std::max<std::size_t>(2 * expected, 64));
+  slots_.assign(slots, {kFree, 0});
+  mask_ = slots - 1;
+  positions_.reserve(expected);
+}
+
+std::uint32_t VertexTable::find_or_add(const Vec3& position, std::uint64_t hash) {
+  const auto tag = static_cast<std::uint32_t>(hash >> 32);
+  std::size_t at = static_cast<std::size_t>(hash) & mask_;
+  for (; slots_[at].index != kFree; at = (at + 1) & mask_) {
+    if (slots_[at].hash == tag && same(positions_[slots_[at].index], position))
+      return slots_[at].index;
+  }
+  assert(positions_.size() < kFree);
+  const auto index = static_cast<std::uint32_t>(positions_.size());
+  slots_[at] = {index, tag};
+  positions_.push_back(position);
+  if (positions_.size() * 5 > slots_.size() * 3) grow();
+  return index;
+}
+
+void VertexTable::grow() {
+  slots_.assign(slots_.size() * 2, {kFree, 0});
+  mask_ = slots_.size() - 1;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    const std::uint64_t hash = hash_of(positions_[i]);
+    std::size_t at = static_cast<std::size_t>(hash) & mask_;
+    while (slots_[at].index != kFree) at = (at + 1) & mask_;
+    slots_[at] = {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(hash >> 32)};
+  }
+}
+
+std::uint32_t VertexTable::add(const Vec3& position) {
+  const Vec3 p = position + Vec3::Zero();  // -0 becomes 0
+  return find_or_add(p, hash_of(p));
+}
+
+void VertexTable::add(std::span<const Vec3> positions, std::span<std::uint32_t> indices) {
+  assert(positions.size() == indices.size() && positions.size() <= kBatch);
+  std::array<std::uint64_t, kBatch> hashes{};
+  std::array<Vec3, kBatch> points;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    points[i] = positions[i] + Vec3::Zero();
+    hashes[i] = hash_of(points[i]);
+    __builtin_prefetch(&slots_[static_cast<std::size_t>(hashes[i]) & mask_]);
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Slot& slot = slots_[static_cast<std::size_t>(hashes[i]) & mask_];
+    if (slot.index != kFree) __builtin_prefetch(&positions_[slot.index]);
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) indices[i] = find_or_add(points[i], hashes[i]);
+}
+
+}  // namespace diesink

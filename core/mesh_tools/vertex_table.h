@@ -1,0 +1,48 @@
+// Finds equal positions: the exact weld of facets that share no vertices.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/vec.h"
+
+namespace diesink {
+
+// Gives every different position one index, in the order of first appearance.
+// Needs:  finite coordinates; fewer than 2^32 - 1 different positions. -0 and 0 are the same, and 0
+// is kept.
+class VertexTable {
+ public:
+  // `expected`: how many different positions there may be; it grows as needed.
+  explicit VertexTable(std::size_t expected);
+
+  std::uint32_t add(const Vec3& position);
+
+  // The same for many at once, which hides the memory's latency.
+  // Shape: indices.size() == positions.size(), at most kBatch.
+  static constexpr std::size_t kBatch = 48;
+  void add(std::span<const Vec3> positions, std::span<std::uint32_t> indices);
+
+  [[nodiscard]] std::size_t size() const { return positions_.size(); }
+  // The positions found, by index; the table is empty afterwards.
+  std::vector<Vec3> take() { return std::move(positions_); }
+
+ private:
+  struct Slot {
+    std::uint32_t index;  // kFree where there is none
+    std::uint32_t hash;
+  };
+  static constexpr std::uint32_t kFree = 0xFFFFFFFFU;
+
+  std::uint32_t find_or_add(const Vec3& position, std::uint64_t hash);
+  void grow();
+
+  std::vector<Slot> slots_;  // a power of two
+  std::size_t mask_ = 0;
+  std::vector<Vec3> positions_;
+};
+
+}  // namespace diesink

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/mesh_builder.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "formats/polygon.h"
+
+namespace diesink {
+
+FaceVerdict FaceBuilder::add(std::span<const std::uint32_t> vertices,
+                             std::span<const std::uint32_t> normals, std::uint32_t element) {
+  for (const std::uint32_t v : vertices) {
+    if (v >= mesh_.positions.size()) return FaceVerdict::kOutOfRange;
+  }
+  if (vertices.size() < 3) return FaceVerdict::kTooFew;
+  if (vertices.size() - 2 >
+      options_.max_triangles - std::min(options_.max_triangles, mesh_.triangles.size())) {
+    return FaceVerdict::kTooMany;
+  }
+  FaceVerdict verdict = FaceVerdict::kFine;
+  cut_.clear();
+  if (vertices.size() == 3) {
+    cut_.push_back({0, 1, 2});
+  } else {
+    corners_.clear();
+    for (const std::uint32_t v : vertices) corners_.push_back(mesh_.positions[v]);
+    if (!cut_polygon(corners_, cut_)) verdict = FaceVerdict::kCrossing;
+  }
+  // Files without normals or elements, most of them, are spared the arrays until the first face has
+  // one.
+  if (!normals.empty() && mesh_.corner_normals.empty()) {
+    mesh_.corner_normals.assign(mesh_.triangles.size(), {kNoNormal, kNoNormal, kNoNormal});
+  }
+  if (element != 0 && mesh_.triangle_element.empty())
+    mesh_.triangle_element.assign(mesh_.triangles.size(), 0);
+  const bool with_normals = !normals.empty() || !mesh_.corner_normals.empty();
+  const bool with_elements = element != 0 || !mesh_.triangle_element.empty();
+  for (const std::array<std::uint32_t, 3>& t : cut_) {
+    mesh_.triangles.push_back({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+    if (with_elements) mesh_.triangle_element.push_back(element);
+    if (with_normals && normals.empty())
+      mesh_.corner_normals.push_back({kNoNormal, kNoNormal, kNoNormal});
+    if (with_normals && !normals.empty()) {
+      mesh_.corner_normals.push_back({normals[t[0]], normals[t[1]], normals[t[2]]});
+    }
+  }
+  return verdict;
+}
+
+std::size_t FaceBuilder::finish(ElementTable& elements) {
+  if (elements.size() > 1 && mesh_.triangle_element.empty()) {
+    mesh_.triangle_element.assign(mesh_.triangles.size(), 0);
+  }
+  elements.move_into(mesh_);
+  std::size_t given = 0;
+  for (std::size_t t = 0; t < mesh_.corner_normals.size(); ++t) {
+    std::array<std::uint32_t, 3>& n = mesh_.corner_normals[t];
+    if (n[0] != kNoNormal && n[1] != kNoNormal && n[2] != kNoNormal) continue;
+    const std::array<std::uint32_t, 3>& v = mesh_.triangles[t];
+    const Vec3 a = mesh_.positions[v[0]];
+    const Vec3 across = (mesh_.positions[v[1]] - a).cross(mesh_.positions[v[2]] - a);
+    const double length = across.norm();
+    mesh_.normals.push_back(length > 0 ? Vec3(across / length) : Vec3(Vec3::UnitZ()));
+    n.fill(static_cast<std::uint32_t>(mesh_.normals.size() - 1));
+    ++given;
+  }
+  if (mesh_.corner_normals.empty()) mesh_.normals.clear();
+  return given;
+}
+
+std::uint8_t color_part(double value, bool whole) {
+  const double scaled = whole ? value : value * 255;
+  if (!(scaled > 0)) return 0;
+  return scaled >= 255 ? std::uint8_t{255} : static_cast<std::uint8_t>(std::lround(scaled));
+}
+
+}  // namespace diesink
