@@ -1,0 +1,126 @@
+// The curve F = G = 0 as a graph d(s) of offsets over its chord: with M the derivatives of F and G
+// across the chord, d' = -M^-1 (F_s, G_s) and d'' = -M^-1 (t'F''t, t'G''t), t = (1, d'). As d
+// vanishes at both ends, |d| <= max |d''| L² / 8.
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/tessellate/deviation.h"
+
+namespace diesink {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+// Forms along a chord below this, relative to the form itself, are those of a ruling.
+constexpr double kStraight = 1e-12;
+
+// One of the two surfaces about the middle of the chord, scaled so that its gradient there is 1.
+struct Sheet {
+  Vec3 gradient = Vec3::Zero();
+  double residual = 0;  // largest |F| at the ends
+  double along = 0;     // e'F''e, e the chord's direction
+  double lean = 0;      // |F''e|
+  double across = 0;    // |F''e| across the chord
+  double norm = 0;      // |F''|
+  double spread = 0;    // of F''
+
+  bool prepare(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3& e, double length) {
+    const Vec3 m = 0.5 * (a + b);
+    Vec3 unused;
+    residual = std::fmax(std::fabs(f.form(a, unused)), std::fabs(f.form(b, unused)));
+    f.form(m, gradient);
+    const double steep = gradient.norm();
+    if (!(steep > 0) || !std::isfinite(residual)) return false;
+    const HessianBound h = f.hessian(m, 0.55 * length);
+    if (!std::isfinite(h.spread)) return false;
+    const Vec3 he = h.middle * e;
+    gradient /= steep;
+    residual /= steep;
+    along = e.dot(he) / steep;
+    lean = he.norm() / steep;
+    across = (he - e * e.dot(he)).norm() / steep;
+    norm = h.middle.norm() / steep;
+    spread = h.spread / steep;
+    return true;
+  }
+  // Bounds of what changes between the middle and points within `width` of the chord.
+  [[nodiscard]] double across_change(double reach, double width) const {
+    return across * reach + norm * width + spread * (reach + width);
+  }
+  [[nodiscard]] double along_change(double reach, double width) const {
+    return std::fabs(along) * reach + lean * width + spread * (reach + width);
+  }
+  // |t'F''t - e'F''e| for t = e + d', |d'| <= slope.
+  [[nodiscard]] double form_change(double slope) const {
+    return 2 * lean * slope + norm * slope * slope + spread * (1 + slope) * (1 + slope);
+  }
+};
+
+}  // namespace
+
+double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
+  const Vec3 chord = b - a;
+  const double length = chord.norm();
+  const double rounding = 1e-15 * std::fmax(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
+  if (!(length > 4 * rounding)) return length + rounding;  // one point to rounding
+  const Vec3 e = chord / length;
+  Sheet f, g;
+  if (!f.prepare(curve.f, a, b, e, length) || !g.prepare(curve.g, a, b, e, length)) return kInf;
+
+  // M at the middle, in a basis across the chord, and its inverse.
+  const Vec3 p =
+      (std::fabs(e.z()) < 0.7 ? Vec3::UnitZ().cross(e) : Vec3::UnitX().cross(e)).normalized();
+  const Vec3 q = e.cross(p);
+  const double fp = f.gradient.dot(p), fq = f.gradient.dot(q);
+  const double gp = g.gradient.dot(p), gq = g.gradient.dot(q);
+  const double det = fp * gq - fq * gp;
+  if (det == 0) return kInf;
+  const auto solve = [&](double rf, double rg) {
+    return std::hypot(gq * rf - fq * rg, fp * rg - gp * rf) / std::fabs(det);
+  };
+  // Largest singular value of the inverse.
+  const double sum = fp * fp + fq * fq + gp * gp + gq * gq;
+  const double inverse =
+      std::sqrt(0.5 * (sum + std::sqrt(std::fmax(0, sum * sum - 4 * det * det)))) / std::fabs(det);
+
+  const double off = inverse * std::hypot(f.residual, g.residual) + rounding;
+  if (std::fabs(f.along) <= kStraight * (f.norm + f.spread) && f.spread == 0 &&
+      std::fabs(g.along) <= kStraight * (g.norm + g.spread) && g.spread == 0) {
+    return 2 * off;  // the chord lies in both surfaces: rulings, lines of planes
+  }
+
+  // A tube about the chord that the curve cannot leave on its way from either end to the middle.
+  const double reach = 0.5 * length;
+  const double middle_slope = solve(f.gradient.dot(e), g.gradient.dot(e));
+  double width = 2 * off, slope = 0, loss = 0;
+  bool held = false;
+  for (int k = 0; k < 6 && !held; ++k) {
+    loss = inverse * std::hypot(f.across_change(reach, width), g.across_change(reach, width));
+    if (!(loss < 0.9)) return kInf;
+    slope = (middle_slope +
+             inverse * std::hypot(f.along_change(reach, width), g.along_change(reach, width))) /
+            (1 - loss);
+    const double needed = slope * reach + 2 * off;
+    held = needed <= width;
+    if (!held) width = 1.25 * needed;
+    if (!(width < 0.22 * length)) return kInf;  // within the ball of the second derivatives
+  }
+  if (!held) return kInf;
+
+  // The curvature over the chord; what it says of the slopes sharpens it, twice.
+  double deviation = kInf;
+  for (int k = 0; k < 3; ++k) {
+    const double bend = (solve(f.along, g.along) +
+                         inverse * std::hypot(f.form_change(slope), g.form_change(slope))) /
+                        (1 - loss);
+    deviation = std::fmin(deviation, bend * length * length / 8);
+    slope = std::fmin(slope, bend * reach + 2 * off / length);
+    width = std::fmin(width, deviation + 2 * off);
+    loss = inverse * std::hypot(f.across_change(reach, width), g.across_change(reach, width));
+  }
+  return deviation + 2 * off;
+}
+
+}  // namespace diesink
