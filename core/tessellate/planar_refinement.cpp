@@ -1,0 +1,232 @@
+// Delaunay refinement that never splits a segment itself but asks for it.
+// Ruppert 1995 (encroached segments first), Shewchuk 2002 (small input angles), Ungor 2004
+// (off-centres).
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "core/tessellate/planar_triangulation.h"
+
+namespace diesink {
+namespace {
+
+constexpr double kLeastEdge = 0x1p10;  // on the lattice: nothing is made shorter
+constexpr std::size_t kUrgencies = 64;
+
+struct Offset {
+  double x, y;
+};
+
+Offset operator-(const LatticePoint& p, const LatticePoint& q) { return {p.x - q.x, p.y - q.y}; }
+double dot(const Offset& u, const Offset& v) { return u.x * v.x + u.y * v.y; }
+double cross(const Offset& u, const Offset& v) { return u.x * v.y - u.y * v.x; }
+double square(const Offset& u) { return dot(u, u); }
+
+// A triangle turned so that its shortest edge runs from a to b.
+struct Shape {
+  LatticePoint a, b, c;
+  std::uint32_t shortest;  // half-edge
+  double ab, bc, ca;       // squared lengths
+};
+
+LatticePoint rounded(double x, double y) { return {std::nearbyint(x), std::nearbyint(y)}; }
+
+// The place of a new vertex that does away with the triangle: the centre of its circle, or nearer
+// where a triangle on the shortest edge that just has the angle reaches less far.
+// Needs: reach = half the cotangent of half the angle.
+LatticePoint off_centre(const Shape& t, double reach) {
+  const Offset u = t.b - t.a, v = t.c - t.a;
+  const double twice_area = cross(u, v);
+  const double s = 0.5 / twice_area;
+  double x = (v.y * t.ab - u.y * t.ca) * s, y = (u.x * t.ca - v.x * t.ab) * s;
+  const double mx = 0.5 * u.x, my = 0.5 * u.y;
+  const double height = (x - mx) * (x - mx) + (y - my) * (y - my);
+  const double most = reach * reach * t.ab;
+  if (!(height <= most)) {  // also where the area is lost in rounding
+    x = mx - u.y * reach;
+    y = my + u.x * reach;
+  }
+  return rounded(t.a.x + x, t.a.y + y);
+}
+
+// Larger circles first.
+std::size_t urgency(const Shape& t) {
+  const double twice_area = cross(t.b - t.a, t.c - t.a);
+  const double radius_squared = t.ab * t.bc * t.ca / (4 * twice_area * twice_area);
+  if (!(radius_squared < 0x1p126)) return kUrgencies - 1;
+  return radius_squared < 1 ? 0 : static_cast<std::size_t>(std::ilogb(radius_squared) / 2);
+}
+
+}  // namespace
+
+void PlanarTriangulation::start_round(const RefineRules& rules) {
+  bad_.resize(2 * kUrgencies);
+  for (const Segment& s : requests_) {
+    const std::uint32_t h = find_edge(s[0] + kFrame, s[1] + kFrame);
+    if (h == kNoEdge) continue;
+    clear_edge_marks(h, kRequested);
+    clear_edge_marks(twin(h), kRequested);
+  }
+  requests_.clear();
+  fresh_.insert(fresh_.end(), deferred_.begin(), deferred_.end());
+  deferred_.clear();
+  if (min_angle_ != rules.min_angle || shortest_edge_ != rules.shortest_edge ||
+      split_encroached_ != rules.split_encroached) {
+    min_angle_ = rules.min_angle;
+    shortest_edge_ = rules.shortest_edge;
+    split_encroached_ = rules.split_encroached;
+    fresh_.clear();
+    for (std::vector<Ticket>& list : bad_) list.clear();
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      if (is_inside(t)) fresh_.push_back({t, triangles_[t].stamp});
+    }
+  }
+}
+
+bool PlanarTriangulation::request(std::uint32_t h, bool for_shape) {
+  const std::uint32_t marks = edge_marks(h);
+  if ((marks & kKept) != 0) return false;
+  if ((marks & kRequested) != 0) return true;
+  const std::uint32_t a = origin(h), b = origin(next(h));
+  if (a < kFrame || b < kFrame) return false;
+  const double least =
+      for_shape ? std::max(kLeastEdge, shortest_edge_ * to_lattice_scale_) : kLeastEdge;
+  if (square(lattice_[b] - lattice_[a]) < 4 * least * least) return false;
+  set_edge_marks(h, kRequested);
+  set_edge_marks(twin(h), kRequested);
+  requests_.push_back({std::min(a, b) - kFrame, std::max(a, b) - kFrame});
+  return true;
+}
+
+// What refinement needs to know of a triangle.
+static Shape shape_of(const std::array<LatticePoint, 3>& p, std::uint32_t t) {
+  const std::array<double, 3> l{square(p[1] - p[0]), square(p[2] - p[1]), square(p[0] - p[2])};
+  const std::uint32_t e = l[0] <= l[1] ? (l[0] <= l[2] ? 0U : 2U) : (l[1] <= l[2] ? 1U : 2U);
+  const std::uint32_t f = e == 2 ? 0 : e + 1, g = e == 0 ? 2 : e - 1;
+  return {p[e], p[f], p[g], 4 * t + e, l[e], l[f], l[g]};
+}
+
+bool PlanarTriangulation::is_small_corner(std::uint32_t h, double most_ratio) const {
+  if (!is_constrained(next(h)) || !is_constrained(prev(h))) return false;
+  const LatticePoint& tip = lattice_[apex(h)];
+  const Offset u = lattice_[origin(h)] - tip, v = lattice_[origin(next(h))] - tip;
+  const double uu = square(u), vv = square(v), uv = dot(u, v);
+  return uv > 0 && 4 * uv * uv > uu * vv &&
+         std::max(uu, vv) <= most_ratio * most_ratio * std::min(uu, vv);
+}
+
+void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules) {
+  const std::uint32_t t = ticket.triangle;
+  if (triangles_[t].stamp != ticket.stamp || !is_inside(t)) return;
+  const std::array<std::uint32_t, 3> corner = triangles_[t].corner;
+  const Shape shape = shape_of({lattice_[corner[0]], lattice_[corner[1]], lattice_[corner[2]]}, t);
+  if (min_angle_ > 0) {
+    if (split_encroached_) {
+      for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+        if (!is_constrained(h) || is_constrained(next(h)) || is_constrained(prev(h))) continue;
+        const LatticePoint& c = lattice_[apex(h)];
+        if (dot(lattice_[origin(h)] - c, lattice_[origin(next(h))] - c) < 0 && request(h, true)) {
+          deferred_.push_back(ticket);
+        }
+      }
+    }
+    // The least angle is opposite the shortest edge.
+    const double cosine = std::cos(min_angle_);
+    const double uv = dot(shape.a - shape.c, shape.b - shape.c);
+    const std::uint32_t h = shape.shortest;
+    if (uv > 0 && uv * uv > cosine * cosine * shape.bc * shape.ca &&
+        !(is_constrained(next(h)) && is_constrained(prev(h))) &&
+        !(!is_constrained(h) && is_small_corner(twin(h), 1.5))) {
+      bad_[2 * urgency(shape) + 1].push_back(ticket);
+      return;
+    }
+  }
+  examine_accuracy(ticket, rules);
+}
+
+void PlanarTriangulation::examine_accuracy(const Ticket& ticket, const RefineRules& rules) {
+  const std::array<std::uint32_t, 3> corner = triangles_[ticket.triangle].corner;
+  if (!rules.too_coarse ||
+      !rules.too_coarse(corner[0] - kFrame, corner[1] - kFrame, corner[2] - kFrame)) {
+    return;
+  }
+  const Shape shape =
+      shape_of({lattice_[corner[0]], lattice_[corner[1]], lattice_[corner[2]]}, ticket.triangle);
+  bad_[2 * urgency(shape)].push_back(ticket);
+}
+
+PlanarTriangulation::Mended PlanarTriangulation::mend_at(const LatticePoint& q, std::uint32_t t,
+                                                         bool for_shape, const RefineRules& rules) {
+  const Located at = locate(q, t, false);
+  if (at.blocked != kNoEdge) return request(at.blocked, for_shape) ? Mended::kWaits : Mended::kHeld;
+  if (!at.found || is_on_corner(at.triangle, q)) return Mended::kHeld;
+  dig_cavity(q, at.triangle);
+  bool waits = false, held = false;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < rim_.size(); ++i) {
+    const Offset u = lattice_[rim_[i].origin] - q;
+    nearest = std::min(nearest, square(u));
+    if ((rim_[i].marks & kConstrained) == 0) continue;
+    const Offset v = lattice_[rim_[i + 1 == rim_.size() ? 0 : i + 1].origin] - q;
+    const double uv = dot(u, v);
+    if (uv >= 0) continue;
+    if (request(twin(rim_[i].outer), for_shape)) {
+      waits = true;
+    } else {
+      // A segment that stays: near it only where no flat triangle would come to lie on it.
+      held = held || for_shape || uv * uv > 0.75 * square(u) * square(v);
+    }
+  }
+  if (waits) return Mended::kWaits;
+  const double least =
+      for_shape ? std::max(kLeastEdge, shortest_edge_ * to_lattice_scale_) : kLeastEdge;
+  if (held || nearest < least * least) return Mended::kHeld;
+  const Vec2 p = to_chart(q);
+  if (rules.add_vertex && !rules.add_vertex(p)) return Mended::kDone;
+  append_vertex(p, q);
+  fill_cavity(static_cast<std::uint32_t>(lattice_.size() - 1));
+  return Mended::kDone;
+}
+
+void PlanarTriangulation::mend(const Ticket& bad, bool for_shape, const RefineRules& rules) {
+  const std::uint32_t t = bad.triangle;
+  if (triangles_[t].stamp != bad.stamp || !is_inside(t)) return;
+  const std::array<std::uint32_t, 3> corner = triangles_[t].corner;
+  const Shape shape = shape_of({lattice_[corner[0]], lattice_[corner[1]], lattice_[corner[2]]}, t);
+  // A little less far than the angle allows, so that rounding leaves no triangle just below it.
+  constexpr double kNearer = 0.475, kWidest = 0.1;
+  const double angle = for_shape ? min_angle_ : kWidest;
+  Mended mended = mend_at(off_centre(shape, kNearer / std::tan(0.5 * angle)), t, for_shape, rules);
+  if (mended == Mended::kHeld && for_shape) return examine_accuracy(bad, rules);
+  if (mended == Mended::kHeld) {
+    // Accuracy without the segment: the middle of the longest edge, if that is free.
+    const std::uint32_t h = shape.bc >= shape.ca ? next(shape.shortest) : prev(shape.shortest);
+    if (is_constrained(h)) return;
+    const LatticePoint &a = lattice_[origin(h)], &b = lattice_[origin(next(h))];
+    mended = mend_at(rounded(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)), t, false, rules);
+  }
+  if (mended == Mended::kWaits) deferred_.push_back(bad);
+}
+
+std::vector<PlanarTriangulation::Segment> PlanarTriangulation::refine(const RefineRules& rules) {
+  if (triangles_.empty()) return {};
+  start_round(rules);
+  std::size_t top = bad_.size();
+  while (points_.size() < rules.max_vertices) {
+    while (!fresh_.empty()) {
+      const Ticket ticket = fresh_.back();
+      fresh_.pop_back();
+      examine(ticket, rules);
+      top = bad_.size();
+    }
+    while (top > 0 && bad_[top - 1].empty()) --top;
+    if (top == 0) break;
+    const Ticket bad = bad_[top - 1].back();
+    bad_[top - 1].pop_back();
+    mend(bad, (top - 1) % 2 == 1, rules);
+    top = std::min(top + 1, bad_.size());
+  }
+  return requests_;
+}
+
+}  // namespace diesink
