@@ -1,20 +1,269 @@
-// SPDX-License-Identifier: Apache-2.0
+// The Boolean expression along a row: every body only over the part of the row it can touch, the
+// normals once at the end, face by face. Source: Choi et al. 1988, equation (5), Table 1 and
+// overall procedure (f). SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
-#include "core/compound/compound_surface.h"
+#include "core/compound/compound_impl.h"
+#include "core/compound/row_kernels.h"
+#include "core/compound/row_plan.h"
 
 namespace diesink {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Points [begin, end) of a row.
+struct Run {
+  std::size_t begin = 0, end = 0;
+  [[nodiscard]] bool empty() const { return begin >= end; }
+};
+
+// The value of one group, or of the whole expression, so far. Outside `known` it is undefined and
+// not written.
+struct Level {
+  RowState state{};
+  Run known;
+  std::vector<double> z;
+  std::vector<std::uint64_t> label;
+
+  void begin(std::size_t count) {
+    z.resize(count);
+    label.resize(count);
+    state = {z.data(), label.data()};
+    known = {};
+  }
+  // Makes the run part of what is known, undefined where it is new.
+  void cover(const Run& run) {
+    if (known.empty()) {
+      undefine(run.begin, run.end);
+      known = run;
+      return;
+    }
+    if (run.begin < known.begin) {
+      undefine(run.begin, known.begin);
+      known.begin = run.begin;
+    }
+    if (run.end > known.end) {
+      undefine(known.end, run.end);
+      known.end = run.end;
+    }
+  }
+
+ private:
+  void undefine(std::size_t from, std::size_t to) const {
+    std::fill(state.z + from, state.z + to, kNaN);
+    std::fill(state.label + from, state.label + to, std::uint64_t{kNoLabel});
+  }
+};
+
+// One a thread, so that a row allocates nothing once the first of its length is done.
+struct Workspace {
+  std::vector<double> base_z, base_zx, base_zy;
+  std::vector<Level> levels;
+};
+
+Workspace& workspace() {
+  thread_local Workspace mine;
+  return mine;
+}
+
+// First index in [0, xs.size()] whose x is not below `at`; lines are evenly spaced far more often
+// than not.
+class LineSearch {
+ public:
+  explicit LineSearch(std::span<const double> xs)
+      : xs_(xs),
+        per_x_(xs.size() > 1 ? static_cast<double>(xs.size() - 1) / (xs.back() - xs.front()) : 0) {}
+
+  [[nodiscard]] std::size_t first_from(double at) const {
+    if (!(at > xs_.front())) return 0;
+    if (at > xs_.back()) return xs_.size();
+    std::size_t k = std::min(static_cast<std::size_t>((at - xs_.front()) * per_x_), xs_.size() - 1);
+    constexpr int kNear = 4;
+    for (int step = 0; step < kNear; ++step) {
+      if (xs_[k] < at) {
+        ++k;  // stays within: the last x is not below
+      } else if (xs_[k - 1] < at) {
+        return k;
+      } else {
+        --k;  // stays above 0: the first x is below
+      }
+    }
+    return static_cast<std::size_t>(std::lower_bound(xs_.begin(), xs_.end(), at) - xs_.begin());
+  }
+
+ private:
+  std::span<const double> xs_;
+  double per_x_;
+};
+
+QuadricGradient gradient_of(const BodyLine& line) {
+  const QuadricBody& b = std::get<QuadricBody>(line.body());
+  const Vec3 n = b.frame.row(0), o = b.frame.row(1), a = b.frame.row(2);
+  const double in = 1 / (b.A * b.A), io = 1 / (b.B * b.B);
+  double ia = 0;
+  Vec3 centre = b.p, linear = Vec3::Zero(), at_zero = Vec3::UnitZ();
+  switch (b.shape) {
+    case QuadricShape::kEllipsoid:
+      ia = 1 / (b.C * b.C);
+      break;
+    case QuadricShape::kCylinder:
+      break;
+    case QuadricShape::kCone:
+      ia = -1 / (b.C * b.C);
+      centre += b.C * a;
+      at_zero = a.z() < 0 ? Vec3(-a) : a;
+      break;
+    case QuadricShape::kParaboloid:
+      linear = -0.5 * a;
+      break;
+  }
+  const auto m = [&](int i, int j) {
+    return n[i] * n[j] * in + o[i] * o[j] * io + a[i] * a[j] * ia;
+  };
+  return {{centre.x(), centre.y(), centre.z()},
+          {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)},
+          {linear.x(), linear.y(), linear.z()},
+          {at_zero.x(), at_zero.y(), at_zero.z()}};
+}
+
+// Evaluates one row; the states' labels become the answer's in write().
+class RowEvaluation {
+ public:
+  RowEvaluation(const CompoundSurface::Impl& impl, double y, std::span<const double> xs)
+      : impl_(impl), y_(y), xs_(xs), search_(xs), work_(workspace()) {}
+
+  void evaluate() {
+    open();
+    for (const CompoundStep& step : impl_.steps) {
+      switch (step.kind) {
+        case BooleanStep::Kind::kGroupOpen:
+          open();
+          break;
+        case BooleanStep::Kind::kGroupClose:
+          close();
+          break;
+        case BooleanStep::Kind::kTerm:
+          if (step.solid < 0) {
+            base_term(step);
+          } else {
+            body_term(step, impl_.bodies[static_cast<std::size_t>(step.solid)]);
+          }
+          break;
+      }
+    }
+    level().cover({0, xs_.size()});
+  }
+
+  void write(const CcRun& out) {
+    const Level& last = level();
+    std::copy(last.state.z, last.state.z + xs_.size(), out.z);
+    for (std::size_t begin = 0; begin < xs_.size();) {
+      const std::uint64_t label = last.state.label[begin];
+      std::size_t end = begin + 1;
+      while (end < xs_.size() && last.state.label[end] == label) ++end;
+      std::fill(out.label + begin, out.label + end, static_cast<Label>(label));
+      normals(static_cast<Label>(label), begin, end, out);
+      begin = end;
+    }
+  }
+
+ private:
+  Level& level() { return work_.levels[depth_ - 1]; }
+
+  void open() {
+    if (work_.levels.size() <= depth_) work_.levels.resize(depth_ + 1);
+    work_.levels[depth_++].begin(xs_.size());
+  }
+
+  void close() {
+    const Level& group = level();
+    --depth_;
+    if (group.known.empty()) return;
+    level().cover(group.known);
+    apply_heights(group.state.z, group.state.label, group.known.begin, group.known.end, impl_.tie,
+                  level().state);
+  }
+
+  void base_term(const CompoundStep& step) {
+    if (!base_done_) evaluate_base();
+    const bool plus = step.sign == Sign::kPlus;
+    const Run run = plus ? Run{0, xs_.size()} : level().known;
+    if (run.empty()) return;
+    level().cover(run);
+    apply_base(work_.base_z.data(), make_label(step.row, 0), plus, run.begin, run.end, impl_.tie,
+               level().state);
+  }
+
+  void evaluate_base() {
+    base_done_ = true;
+    work_.base_z.resize(xs_.size());
+    if (const PlaneSurface* plane = std::get_if<PlaneSurface>(&impl_.base)) {
+      plane->row(y_, xs_, work_.base_z.data());
+    } else if (const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&impl_.base)) {
+      work_.base_zx.resize(xs_.size());
+      work_.base_zy.resize(xs_.size());
+      ferguson->row(y_, xs_, work_.base_z.data(), work_.base_zx.data(), work_.base_zy.data());
+    } else {
+      std::fill(work_.base_z.begin(), work_.base_z.end(), kNaN);
+    }
+  }
+
+  void body_term(const CompoundStep& step, const BodyLine& body) {
+    const Range span = row_span(body, y_);
+    if (!(span.lo <= span.hi)) return;
+    Run run{search_.first_from(span.lo), search_.first_from(std::nextafter(span.hi, HUGE_VAL))};
+    if (step.sign == Sign::kMinus) {
+      run = {std::max(run.begin, level().known.begin), std::min(run.end, level().known.end)};
+    }
+    if (run.empty()) return;
+    level().cover(run);
+    make_body_row(body, y_, step.row, step.sign, impl_.tie, constants_);
+    apply_body(constants_, xs_.data(), run.begin, run.end, level().state);
+  }
+
+  void normals(Label label, std::size_t begin, std::size_t end, const CcRun& out) const {
+    const auto constant = [&](const Vec3& n) {
+      std::fill(out.nx + begin, out.nx + end, n.x());
+      std::fill(out.ny + begin, out.ny + end, n.y());
+      std::fill(out.nz + begin, out.nz + end, n.z());
+    };
+    if (label == kNoLabel) return constant(Vec3::Zero());
+    const CompoundStep& step =
+        impl_.steps[impl_.step_of_row[static_cast<std::size_t>(row_of(label))]];
+    if (step.solid < 0 && std::holds_alternative<FergusonSurface>(impl_.base)) {
+      return slope_normals(work_.base_zx.data() + begin, work_.base_zy.data() + begin, end - begin,
+                           out.nx + begin, out.ny + begin, out.nz + begin);
+    }
+    if (step.solid >= 0) {
+      const BodyLine& body = impl_.bodies[static_cast<std::size_t>(step.solid)];
+      if (body.has_side() && face_of(label) == kFaceSide) {
+        return quadric_normals(gradient_of(body), xs_.data() + begin, y_, out.z + begin,
+                               end - begin, out.nx + begin, out.ny + begin, out.nz + begin);
+      }
+    }
+    constant(impl_.normal(label, Vec3(xs_[begin], y_, out.z[begin])));
+  }
+
+  const CompoundSurface::Impl& impl_;
+  double y_;
+  std::span<const double> xs_;
+  LineSearch search_;
+  Workspace& work_;
+  std::size_t depth_ = 0;
+  bool base_done_ = false;
+  BodyRow constants_;
+};
+
+}  // namespace
 
 void CompoundSurface::row(double y, std::span<const double> xs, const CcRun& out) const {
-  for (std::size_t i = 0; i < xs.size(); ++i) {
-    const std::optional<CcDatum> datum = at(xs[i], y);
-    out.z[i] = datum ? datum->z : std::numeric_limits<double>::quiet_NaN();
-    out.nx[i] = datum ? datum->n.x() : 0;
-    out.ny[i] = datum ? datum->n.y() : 0;
-    out.nz[i] = datum ? datum->n.z() : 0;
-    out.label[i] =
-        datum ? make_label(datum->row, static_cast<std::uint32_t>(datum->face)) : kNoLabel;
-  }
+  if (xs.empty()) return;
+  RowEvaluation row(*impl_, y, xs);
+  row.evaluate();
+  row.write(out);
 }
 
 }  // namespace diesink
