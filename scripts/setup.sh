@@ -10,16 +10,20 @@ set -euo pipefail
 build=(
   g++ cmake ninja-build
   libeigen3-dev        # fixed-size vectors
+  libhwy-dev           # SIMD with run-time dispatch
   libcli11-dev         # command line
   libdraco-dev         # compressed glTF
   libtinygltf-dev      # glTF reader and writer (headers only)
-  nlohmann-json3-dev   # JSON under tinygltf
+  nlohmann-json3-dev   # JSON of glTF
+  libmeshoptimizer-dev # EXT_meshopt_compression
 )
 tests=(
   libgtest-dev         # unit tests
   python3              # drives the program
   locales              # a locale with a decimal comma
 )
+# The second readers of glTF (tests/formats/npm) run on any Node.js with npm.
+command -v npm >/dev/null || tests+=(nodejs npm)
 bench=(
   libbenchmark-dev     # Google Benchmark
 )

@@ -6,6 +6,9 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/setup.sh
+echo "test: npm ci in tests/formats/npm (independent glTF readers)"
+(cd tests/formats/npm && npm ci --silent --no-audit --no-fund) ||
+  echo "test: npm could not install them; tests that need them say that they are skipped"
 echo "test: building"
 mkdir -p build
 cmake --preset release -DDIESINK_BUILD_TESTS=ON -DDIESINK_BUILD_BENCH=OFF -DCMAKE_VERIFY_INTERFACE_HEADER_SETS=ON >build/test-configure.log 2>&1 ||
