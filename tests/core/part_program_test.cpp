@@ -407,6 +407,27 @@ TEST(GoodPrograms, RandomOnesAreAcceptedAndWalkEveryKind) {
   EXPECT_EQ(seen.size(), known);
 }
 
+// ---- the description of the language ----
+
+TEST(Documentation, NamesEveryWordOfTheTable) {
+  const std::string page = file_text(fs::path(DIESINK_SOURCE_DIR) / "docs" / "part-program.md");
+  for (const std::vector<std::string_view>& words : {solid_type_words(), solid_field_words()}) {
+    for (const std::string_view word : words) {
+      // P2 and the like stand in ranges such as `P1`..`P4`.
+      if (word.size() == 2 && word[0] == 'P') continue;
+      EXPECT_NE(page.find('`' + std::string(word) + '`'), std::string::npos) << word;
+    }
+  }
+}
+
+TEST(Documentation, ExampleIsAProgram) {
+  const std::string page = file_text(fs::path(DIESINK_SOURCE_DIR) / "docs" / "part-program.md");
+  const std::size_t begin = page.find("```\nSOLID-DEF") + 4;
+  const PartProgram program = parsed(page.substr(begin, page.find("```", begin) - begin));
+  EXPECT_EQ(program.solids.size(), 2u);
+  EXPECT_EQ(program.boole.size(), 3u);
+}
+
 // ---- damaged programs ----
 
 // Whatever the bytes: a program, or errors that stand inside the text.
