@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/path_links.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace diesink {
+namespace {
+
+std::size_t cell_of(double at, double from, double inv, int cells) {
+  return static_cast<std::size_t>(std::clamp((at - from) * inv, 0.0, cells - 1.0));
+}
+
+}  // namespace
+
+TopGrid::TopGrid(const OffsetSurface& offset, double cell) {
+  const std::size_t count = offset.piece_count();
+  for (std::size_t k = 0; k < count; ++k) {
+    const PlanBox box = offset.box(k);
+    if (k == 0) extent_ = box;
+    extent_.x0 = std::fmin(extent_.x0, box.x0);
+    extent_.x1 = std::fmax(extent_.x1, box.x1);
+    extent_.y0 = std::fmin(extent_.y0, box.y0);
+    extent_.y1 = std::fmax(extent_.y1, box.y1);
+  }
+  const double w = std::fmax(extent_.x1 - extent_.x0, 1e-300);
+  const double h = std::fmax(extent_.y1 - extent_.y0, 1e-300);
+  nx_ = static_cast<int>(std::clamp(w / cell, 1.0, 2048.0));
+  ny_ = static_cast<int>(std::clamp(h / cell, 1.0, 2048.0));
+  inv_dx_ = nx_ / w;
+  inv_dy_ = ny_ / h;
+  tops_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_), kNoContact);
+  for (std::size_t k = 0; k < count; ++k) {
+    const PlanBox box = offset.box(k);
+    const double top = offset.top(k);
+    const std::size_t i1 = cell_of(box.x1, extent_.x0, inv_dx_, nx_);
+    const std::size_t j1 = cell_of(box.y1, extent_.y0, inv_dy_, ny_);
+    for (std::size_t j = cell_of(box.y0, extent_.y0, inv_dy_, ny_); j <= j1; ++j) {
+      for (std::size_t i = cell_of(box.x0, extent_.x0, inv_dx_, nx_); i <= i1; ++i) {
+        double& at = tops_[j * static_cast<std::size_t>(nx_) + i];
+        at = std::fmax(at, top);
+      }
+    }
+  }
+}
+
+double TopGrid::over(const Vec2& a, const Vec2& b) const {
+  double top = kNoContact;
+  const std::size_t i1 = cell_of(std::fmax(a.x(), b.x()), extent_.x0, inv_dx_, nx_);
+  const std::size_t j1 = cell_of(std::fmax(a.y(), b.y()), extent_.y0, inv_dy_, ny_);
+  for (std::size_t j = cell_of(std::fmin(a.y(), b.y()), extent_.y0, inv_dy_, ny_); j <= j1; ++j) {
+    for (std::size_t i = cell_of(std::fmin(a.x(), b.x()), extent_.x0, inv_dx_, nx_); i <= i1; ++i) {
+      top = std::fmax(top, tops_[j * static_cast<std::size_t>(nx_) + i]);
+    }
+  }
+  return top;
+}
+
+void PathJoiner::add(const Vec3& tip, Motion motion) {
+  if (!points_.empty() && points_.back().tip == tip) return;
+  points_.push_back({tip, motion});
+}
+
+void PathJoiner::cut(const std::vector<Vec3>& run, bool by_clearance) {
+  const Vec3& to = run.front();
+  bool linked = false;
+  if (!points_.empty() && !by_clearance) {
+    const Vec3 from = points_.back().tip;
+    if ((to - from).head<2>().norm() <= link_limit_) {
+      const double over = tops_->over(from.head<2>(), to.head<2>()) + lift_;
+      const double height = std::fmax(over, std::fmax(from.z(), to.z()));
+      if (height < clearance_) {
+        add({from.x(), from.y(), height}, Motion::kFeed);
+        add({to.x(), to.y(), height}, Motion::kFeed);
+        linked = true;
+      }
+    }
+  }
+  if (!linked) {
+    if (!points_.empty()) {
+      const Vec3 from = points_.back().tip;
+      add({from.x(), from.y(), clearance_}, Motion::kRapid);
+    }
+    add({to.x(), to.y(), clearance_}, Motion::kRapid);
+  }
+  for (const Vec3& tip : run) add(tip, Motion::kFeed);
+}
+
+std::vector<ClPoint> PathJoiner::finish() {
+  if (!points_.empty()) {
+    const Vec3 from = points_.back().tip;
+    add({from.x(), from.y(), clearance_}, Motion::kRapid);
+  }
+  return std::move(points_);
+}
+
+void measure(const ToolPath& path, PathReport& report) {
+  report.points = path.points.size();
+  for (std::size_t k = 1; k < path.points.size(); ++k) {
+    const double length = (path.points[k].tip - path.points[k - 1].tip).norm();
+    (path.points[k].motion == Motion::kFeed ? report.feed_length : report.rapid_length) += length;
+  }
+}
+
+}  // namespace diesink

@@ -1,0 +1,81 @@
+// Tool paths for a compound surface: what is asked, what comes out.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/compound/compound_surface.h"
+#include "core/mesh.h"
+#include "core/result.h"
+#include "core/tool_path.h"
+
+namespace diesink {
+
+enum class PathPattern : std::uint8_t { kZigzag, kOneway };
+enum class PathMethod : std::uint8_t { kDrop, kCc };
+enum class PathAlong : std::uint8_t { kAngle, kU, kV };  // kU, kV: curves of a Ferguson base
+
+// Units: the part program's; angles in radians from the x axis.
+struct PathOptions {
+  Cutter cutter;
+  PathMethod method = PathMethod::kDrop;
+  PathPattern pattern = PathPattern::kZigzag;
+  PathAlong along = PathAlong::kAngle;
+  double angle = 0;
+  std::optional<double> interval;   // between passes in plan; else from `cusp`
+  std::optional<double> cusp;       // cusp height
+  double intol = 0, outtol = 0;     // overcut and undercut; their sum must be positive
+  std::optional<double> clearance;  // height of rapid moves; default a diameter above the surface
+  int threads = 0;                  // 0 = all cores
+  // Called now and then with the part done, 0..1; may be empty.
+  std::function<void(double)> progress;
+};
+
+// The options as the part program states them; the cutter's diameter is 0 where it states none.
+PathOptions path_options_of(const PartProgram& program);
+
+struct PathReport {
+  std::size_t passes = 0, points = 0;
+  double feed_length = 0, rapid_length = 0;
+  double least_interval = 0, greatest_interval = 0;
+  double overcut_bound =
+      0;  // no move goes deeper into the true surface than this; drop only, else 0
+  double undercut_bound = 0;  // no move stays higher over the lowest safe tip than this; drop only
+  double mesh_deviation = 0;  // of the mesh the cutter was dropped on
+  double uncertified_area = 0;    // of that mesh: there the bounds are not proven
+  double unreachable_area = 0;    // plan area where this cutter cannot touch the surface
+  double unreachable_height = 0;  // the most it must leave there, to the spacing of the examination
+  std::size_t loops_removed = 0, crossings_inserted = 0;  // cc only: Fig. 12
+};
+
+// A cutter contact point and the unit normal there.
+struct CcPoint {
+  Vec3 p = Vec3::Zero();
+  Vec3 n = Vec3::UnitZ();
+};
+
+struct PlannedPath {
+  ToolPath path;
+  PathReport report;
+  std::vector<std::vector<CcPoint>> cc_passes;  // method cc: the CC-data of each pass
+};
+
+// Plans the finishing path over the program's domain. The cutter's centre stays in the domain;
+// material around it counts wherever the surface is defined. Rapid moves run at the clearance
+// plane, or straight up to it; every move down is at feed. Errors: kInput for a wrong cutter,
+// interval, cusp height or tolerance, a clearance plane below the
+//         surface, a surface the cutter never meets; kUnsupported for kU, kV without a Ferguson
+//         base; what the tessellator returns.
+// Same points for any thread count.
+Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions& options);
+
+// The drop method on a mesh of the surface, known to be at most `deviation` away from it.
+// `domain` is x0, x1, y0, y1. The mesh should reach a cutter's radius beyond it.
+Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
+                                   const std::array<double, 4>& domain, const PathOptions& options);
+
+}  // namespace diesink
