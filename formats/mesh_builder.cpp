@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/polygon.h"
+#include "core/mesh_tools/polygon.h"
 
 namespace diesink {
 

@@ -4,6 +4,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "core/mesh_tools/topology.h"
+
 namespace diesink {
 namespace {
 
@@ -17,6 +19,19 @@ Result<Answer> guarded(const std::string& path, Work work) {
   } catch (const std::length_error&) {
     return Error{ErrorCode::kLimit, "more than memory can hold", {path}};
   }
+}
+
+// Every format's triangles alike: kept, but told.
+void warn_of_odd_faces(const TriangleMesh& mesh, const std::string& path,
+                       Diagnostics& diagnostics) {
+  const OddFaces odd = odd_faces(mesh);
+  const auto warn = [&](std::size_t count, std::string_view one, std::string_view many) {
+    if (count == 0) return;
+    diagnostics.warning(std::to_string(count) + " " + std::string(count == 1 ? one : many), {path});
+  };
+  warn(odd.degenerate, "triangle is degenerate: two of its corners coincide",
+       "triangles are degenerate: two of their corners coincide");
+  warn(odd.duplicates, "triangle repeats another", "triangles repeat another");
 }
 
 Error named(Error error, const std::string& path) {
@@ -46,6 +61,7 @@ Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
   return guarded<MeshFile>(path, [&]() -> Result<MeshFile> {
     Result<TriangleMesh> mesh = format->read(bytes, options, diagnostics);
     if (!mesh) return named(mesh.error(), path);
+    warn_of_odd_faces(*mesh, path, diagnostics);
     return MeshFile{std::move(*mesh), format};
   });
 }

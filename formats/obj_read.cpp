@@ -140,7 +140,7 @@ class ObjReader {
       const std::span<const std::uint32_t> vertices =
           std::span(section.face_vertices).subspan(corner, corners);
       std::span<std::uint32_t> normals;
-      if (!section.face_normals.empty())
+      if (!section.face_normals.empty() && !mesh_.normals.empty())
         normals = std::span(section.face_normals).subspan(corner, corners);
       for (std::uint32_t& n : normals) {
         if (n != FaceBuilder::kNoNormal && n >= mesh_.normals.size()) {

@@ -28,7 +28,7 @@ bool same(const Vec3& a, const Vec3& b) {
 
 VertexTable::VertexTable(std::size_t expected) {
   const std::size_t slots = std::bit_ceil(std::max<std::size_t>(2 * expected, 64));
-  slots_.assign(slots, {kFree, 0});
+  slots_.assign(slots, {kAbsent, 0});
   mask_ = slots - 1;
   positions_.reserve(expected);
 }
@@ -36,11 +36,11 @@ VertexTable::VertexTable(std::size_t expected) {
 std::uint32_t VertexTable::find_or_add(const Vec3& position, std::uint64_t hash) {
   const auto tag = static_cast<std::uint32_t>(hash >> 32);
   std::size_t at = static_cast<std::size_t>(hash) & mask_;
-  for (; slots_[at].index != kFree; at = (at + 1) & mask_) {
+  for (; slots_[at].index != kAbsent; at = (at + 1) & mask_) {
     if (slots_[at].hash == tag && same(positions_[slots_[at].index], position))
       return slots_[at].index;
   }
-  assert(positions_.size() < kFree);
+  assert(positions_.size() < kAbsent);
   const auto index = static_cast<std::uint32_t>(positions_.size());
   slots_[at] = {index, tag};
   positions_.push_back(position);
@@ -49,12 +49,12 @@ std::uint32_t VertexTable::find_or_add(const Vec3& position, std::uint64_t hash)
 }
 
 void VertexTable::grow() {
-  slots_.assign(slots_.size() * 2, {kFree, 0});
+  slots_.assign(slots_.size() * 2, {kAbsent, 0});
   mask_ = slots_.size() - 1;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
     const std::uint64_t hash = hash_of(positions_[i]);
     std::size_t at = static_cast<std::size_t>(hash) & mask_;
-    while (slots_[at].index != kFree) at = (at + 1) & mask_;
+    while (slots_[at].index != kAbsent) at = (at + 1) & mask_;
     slots_[at] = {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(hash >> 32)};
   }
 }
@@ -62,6 +62,17 @@ void VertexTable::grow() {
 std::uint32_t VertexTable::add(const Vec3& position) {
   const Vec3 p = position + Vec3::Zero();  // -0 becomes 0
   return find_or_add(p, hash_of(p));
+}
+
+std::uint32_t VertexTable::find(const Vec3& position) const {
+  const Vec3 p = position + Vec3::Zero();
+  const std::uint64_t hash = hash_of(p);
+  const auto tag = static_cast<std::uint32_t>(hash >> 32);
+  std::size_t at = static_cast<std::size_t>(hash) & mask_;
+  for (; slots_[at].index != kAbsent; at = (at + 1) & mask_) {
+    if (slots_[at].hash == tag && same(positions_[slots_[at].index], p)) return slots_[at].index;
+  }
+  return kAbsent;
 }
 
 void VertexTable::add(std::span<const Vec3> positions, std::span<std::uint32_t> indices) {
@@ -75,7 +86,7 @@ void VertexTable::add(std::span<const Vec3> positions, std::span<std::uint32_t> 
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Slot& slot = slots_[static_cast<std::size_t>(hashes[i]) & mask_];
-    if (slot.index != kFree) __builtin_prefetch(&positions_[slot.index]);
+    if (slot.index != kAbsent) __builtin_prefetch(&positions_[slot.index]);
   }
   for (std::size_t i = 0; i < positions.size(); ++i) indices[i] = find_or_add(points[i], hashes[i]);
 }

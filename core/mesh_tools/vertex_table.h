@@ -26,16 +26,19 @@ class VertexTable {
   static constexpr std::size_t kBatch = 48;
   void add(std::span<const Vec3> positions, std::span<std::uint32_t> indices);
 
+  // The index of a position that is there, kAbsent of one that is not.
+  static constexpr std::uint32_t kAbsent = 0xFFFFFFFFU;
+  [[nodiscard]] std::uint32_t find(const Vec3& position) const;
+
   [[nodiscard]] std::size_t size() const { return positions_.size(); }
   // The positions found, by index; the table is empty afterwards.
   std::vector<Vec3> take() { return std::move(positions_); }
 
  private:
   struct Slot {
-    std::uint32_t index;  // kFree where there is none
+    std::uint32_t index;  // kAbsent where there is none
     std::uint32_t hash;
   };
-  static constexpr std::uint32_t kFree = 0xFFFFFFFFU;
 
   std::uint32_t find_or_add(const Vec3& position, std::uint64_t hash);
   void grow();

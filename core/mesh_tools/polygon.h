@@ -1,4 +1,4 @@
-// Polygons of mesh files as triangles.
+// Polygons as triangles: faces of mesh files, and holes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/polygon.h"
+#include "core/mesh_tools/polygon.h"
 
 #include <cmath>
 
