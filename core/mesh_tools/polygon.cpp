@@ -101,7 +101,7 @@ bool cut_polygon(std::span<const Vec3> corners,
     at = before < at ? before : 0;
   }
   triangles.push_back({ring[0], ring[1], ring[2]});
-  return clean;
+  return clean && turn(plan[ring[0]], plan[ring[1]], plan[ring[2]]) >= 0;
 }
 
 }  // namespace diesink
