@@ -54,14 +54,25 @@ CLI::Option* add_choice_function(CLI::App& app, const std::string& names,
                                  std::span<const Choice> choices, const std::string& summary,
                                  std::function<void(int)> chosen);
 
+template <class Enumeration>
+struct Chosen {
+  using Type = Enumeration;
+};
+template <class Enumeration>
+struct Chosen<std::optional<Enumeration>> {
+  using Type = Enumeration;
+};
+
 // One word of `choices`, whose values are those of the enumeration; `value` keeps its default where
 // the option is not given.
 // Needs: `choices` outlives the command line's reading.
-template <class Enumeration>
-CLI::Option* add_choice(CLI::App& app, const std::string& names, Enumeration& value,
+// `Value` is the enumeration, or an optional of it.
+template <class Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& names, Value& value,
                         std::span<const Choice> choices, const std::string& summary) {
-  return add_choice_function(app, names, choices, summary,
-                             [&value](int chosen) { value = static_cast<Enumeration>(chosen); });
+  return add_choice_function(app, names, choices, summary, [&value](int chosen) {
+    value = static_cast<typename Chosen<Value>::Type>(chosen);
+  });
 }
 
 }  // namespace diesink

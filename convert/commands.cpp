@@ -7,7 +7,8 @@
 namespace diesink {
 
 std::span<const Command* const> all_commands() {
-  static constexpr std::array kCommands{&kCcCommand, &kInfoCommand, &kFormatsCommand};
+  static constexpr std::array kCommands{&kCcCommand, &kConvertCommand, &kInfoCommand,
+                                        &kFormatsCommand};
   return kCommands;
 }
 

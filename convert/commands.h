@@ -7,6 +7,7 @@
 namespace diesink {
 
 extern const Command kCcCommand;
+extern const Command kConvertCommand;
 extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
 

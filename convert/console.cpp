@@ -90,8 +90,9 @@ ExitStatus report_usage(std::string_view message) {
   return ExitStatus::kWrongUsage;
 }
 
-void report_warning(std::string_view message) {
-  say(colored("diesink: warning: " + std::string(message), "warning:", kMagenta));
+void report_warning(const std::string& file, std::string message) {
+  say(colored(to_text(Diagnostic{Severity::kWarning, {}, std::move(message), {file, 0, 0, -1}, {}}),
+              "warning:", kMagenta));
 }
 
 ExitStatus print(std::string_view text) {

@@ -32,7 +32,8 @@ ExitStatus report(const Error& error);
 ExitStatus report(const Diagnostics& diagnostics);
 // `error: message` of wrong usage.
 ExitStatus report_usage(std::string_view message);
-void report_warning(std::string_view message);
+// `FILE: warning: message`.
+void report_warning(const std::string& file, std::string message);
 
 // A whole answer on stdout. A full disk or a closed pipe is kNotWritten, told on stderr.
 ExitStatus print(std::string_view text);

@@ -1,0 +1,26 @@
+// Mesh files of the command line: the options that bound their reading, and the reading.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "convert/input.h"
+#include "formats/mesh_file.h"
+
+namespace CLI {
+class App;
+}
+
+namespace diesink {
+
+struct MeshInputOptions {
+  std::optional<int> max_memory, max_triangles;  // MiB, millions
+};
+void add_mesh_input_options(CLI::App& app, MeshInputOptions& options);
+
+// Reads a mesh ("-" is stdin). Its warnings are told, and kept in `diagnostics`.
+Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options, int threads,
+                           Diagnostics& diagnostics);
+
+}  // namespace diesink

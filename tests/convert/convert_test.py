@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""`diesink convert` and meshes in `diesink info`, as a user drives them; the formats themselves have their own tests."""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import re
+import unittest
+
+from program import BAD_INPUT, NOT_WRITTEN, WRONG_USAGE, CommandLineTest, limited_file_size
+
+# A tetrahedron: 4 vertices, 4 triangles, volume 1/6 of 2*3*4.
+TETRA = """o tip
+v 0 0 0
+v 2 0 0
+v 0 3 0
+v 0 0 4
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 1 4 3
+"""
+
+
+class Convert(CommandLineTest):
+    def vertices(self, name):
+        found = re.findall(r"^v (\S+) (\S+) (\S+)$", (self.folder / name).read_text(), re.M)
+        return sorted(tuple(float(number) for number in each) for each in found)
+
+    def test_every_pair_of_formats_keeps_the_triangles(self):
+        rows = json.loads(self.run_program("formats", "--json").stdout)["formats"]
+        source = self.write("in.obj", TETRA)
+        expected = self.vertices("in.obj")
+        for first in (row for row in rows if row["writes"] and row["reads"]):
+            a = "a" + first["endings"][0]
+            self.run_program("convert", source, a, "--units-in", "mm", "--up-in", "z")
+            for second in (row for row in rows if row["writes"]):
+                with self.subTest(first=first["id"], second=second["id"]):
+                    b = "b" + second["endings"][0]
+                    told = json.loads(self.run_program("convert", a, b, "--json").stdout)
+                    self.assertEqual((told["vertices"], told["triangles"]), (4, 4))
+                    self.assertEqual((told["from"], told["to"]), (first["id"], second["id"]))
+                    if second["reads"]:
+                        self.run_program("convert", b, "c.obj", "--units-out", "mm", "--units-in", "mm")
+                        self.assertEqual(self.vertices("c.obj"), expected)
+
+    def test_units_and_up_axis(self):
+        source = self.write("in.obj", TETRA)
+        self.run_program("convert", source, "out.obj", "--units-in", "inch", "--units-out", "mm")
+        self.assertEqual(self.vertices("out.obj"), [(0, 0, 0), (0, 0, 101.6), (0, 76.2, 0), (50.8, 0, 0)])
+        self.run_program("convert", source, "out.obj", "--up-in", "y", "--up-out", "z")
+        self.assertEqual(self.vertices("out.obj"), sorted([(0, 0, 0), (2, 0, 0), (0, 0, 3), (0, -4, 0)]))
+        self.run_program("convert", "out.obj", "back.obj", "--up-in", "z", "--up-out", "y")
+        self.assertEqual(self.vertices("back.obj"), self.vertices("in.obj"))
+
+    def test_what_the_file_does_not_say_is_not_guessed(self):
+        source = self.write("in.obj", TETRA)
+        done = self.run_program("convert", source, "out.obj", "--units-out", "mm", status=WRONG_USAGE)
+        self.assertIn(b"--units-in", done.stderr)
+        done = self.run_program("convert", source, "out.obj", "--up-out", "z", status=WRONG_USAGE)
+        self.assertIn(b"--up-in", done.stderr)
+        self.assertEqual(self.files(), ["in.obj"])
+
+    def test_doubtful_unit_is_told(self):
+        source = self.write("in.obj", TETRA)
+        done = self.run_program("convert", source, "out.off", "--units-in", "m", "--units-out", "mm")
+        self.assertNotIn(b"m long", done.stderr)
+        far = self.write("far.obj", TETRA.replace("v 2 0 0", "v 200000 0 0"))
+        done = self.run_program("convert", far, "out.off")
+        self.assertIn(b"far.obj: warning:", done.stderr)
+
+    def test_what_is_lost_is_told(self):
+        done = self.run_program("convert", self.write("in.obj", TETRA), "out.off")
+        self.assertIn(b"out.off: warning:", done.stderr)
+        self.assertIn(b"names", done.stderr)
+
+    def test_stdin_and_stdout(self):
+        source = TETRA.encode()
+        done = self.run_program("convert", "-", "-", "--format", "off", stdin=source)
+        self.assertTrue(done.stdout.startswith(b"OFF"))
+        self.assertEqual(self.files(), [])
+
+    def test_outputs_that_cannot_be_written(self):
+        source = self.write("in.obj", TETRA)
+        self.run_program("convert", source, "out.xyz", status=WRONG_USAGE)
+        self.run_program("convert", source, "none/out.stl", status=NOT_WRITTEN)
+        self.run_program("convert", source, "out.stl", status=NOT_WRITTEN, preexec_fn=limited_file_size(100))
+        self.assertEqual(self.files(), ["in.obj"])
+
+    def test_broken_meshes(self):
+        for name, text in [("a.stl", "solid x\nfacet normal 0 0 1\n"), ("b.obj", "v 1 2\n"), ("c.ply", "ply\n"),
+                           ("d.off", "OFF\n3 1 0\n0 0 0\n"), ("e.glb", b"glTF\2\0\0\0\x0c\0\0\0"), ("f.stl", "")]:
+            with self.subTest(name):
+                done = self.run_program("convert", self.write(name, text), "out.obj", status=BAD_INPUT)
+                self.assertIn(name.encode(), done.stderr)
+                self.assertIn(b"error:", done.stderr)
+                self.assertFalse((self.folder / "out.obj").exists())
+
+    def test_limits(self):
+        source = self.write("in.obj", TETRA * 20000)
+        self.run_program("convert", source, "out.obj", "--max-memory", "1", status=BAD_INPUT)
+
+
+if __name__ == "__main__":
+    unittest.main()
