@@ -92,10 +92,28 @@ bool PlanarTriangulation::request(std::uint32_t h, bool for_shape) {
   const double least =
       for_shape ? std::max(kLeastEdge, shortest_edge_ * to_lattice_scale_) : kLeastEdge;
   if (square(lattice_[b] - lattice_[a]) < 4 * least * least) return false;
+  if (for_shape && is_held_at_corner(h)) return false;
   set_edge_marks(h, kRequested);
   set_edge_marks(twin(h), kRequested);
   requests_.push_back({std::min(a, b) - kFrame, std::max(a, b) - kFrame});
   return true;
+}
+
+// A segment at a small angle of the input is only split where a neighbour there is less than half
+// as long: the shortest segment of a fan stays, or splits on both sides of a corner would call for
+// each other without end.
+bool PlanarTriangulation::is_held_at_corner(std::uint32_t segment) const {
+  bool held = false;
+  for (const std::uint32_t h : {segment, twin(segment)}) {
+    const double length = square(lattice_[origin(next(h))] - lattice_[origin(h)]);
+    for (const std::uint32_t far : {next(h), prev(h)}) {  // the tip is opposite
+      if (!is_small_corner(far)) continue;
+      const std::uint32_t side = far == next(h) ? prev(h) : next(h);
+      if (length > 4 * square(lattice_[origin(next(side))] - lattice_[origin(side)])) return false;
+      held = true;
+    }
+  }
+  return held;
 }
 
 // What refinement needs to know of a triangle.
@@ -106,13 +124,12 @@ static Shape shape_of(const std::array<LatticePoint, 3>& p, std::uint32_t t) {
   return {p[e], p[f], p[g], 4 * t + e, l[e], l[f], l[g]};
 }
 
-bool PlanarTriangulation::is_small_corner(std::uint32_t h, double most_ratio) const {
+bool PlanarTriangulation::is_small_corner(std::uint32_t h) const {
   if (!is_constrained(next(h)) || !is_constrained(prev(h))) return false;
   const LatticePoint& tip = lattice_[apex(h)];
   const Offset u = lattice_[origin(h)] - tip, v = lattice_[origin(next(h))] - tip;
-  const double uu = square(u), vv = square(v), uv = dot(u, v);
-  return uv > 0 && 4 * uv * uv > uu * vv &&
-         std::max(uu, vv) <= most_ratio * most_ratio * std::min(uu, vv);
+  const double uv = dot(u, v);
+  return uv > 0 && 4 * uv * uv > square(u) * square(v);
 }
 
 void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules) {
@@ -136,7 +153,7 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
     const std::uint32_t h = shape.shortest;
     if (uv > 0 && uv * uv > cosine * cosine * shape.bc * shape.ca &&
         !(is_constrained(next(h)) && is_constrained(prev(h))) &&
-        !(!is_constrained(h) && is_small_corner(twin(h), 1.5))) {
+        !(!is_constrained(h) && is_small_corner(twin(h)))) {
       bad_[2 * urgency(shape) + 1].push_back(ticket);
       return;
     }

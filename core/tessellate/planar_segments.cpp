@@ -293,6 +293,8 @@ void PlanarTriangulation::recover_all(std::span<const Segment> segments,
   }
   // Those left out are held against all that are in, and against each other.
   for (const std::uint32_t i : skipped) {
+    const std::uint32_t same = names.find(segments[i][0], segments[i][1]);
+    if (same < i) wrong.push_back({same, i, kNoPoint, kNoPoint});
     [[maybe_unused]] const Way way = trace(segments[i][0] + kFrame, segments[i][1] + kFrame);
     for (const Segment& o : obstacles_) {
       if (o[1] == kNoPoint) {

@@ -12,10 +12,7 @@
 namespace diesink {
 namespace {
 
-constexpr double kBoxReach = 0x1p50;      // of the input on the lattice
-constexpr double kPointReach = 0x1p51;    // of later vertices
-constexpr double kFrameReach = 0x1.8p51;  // of the square's corners
-constexpr double kLargest = 1e100;        // coordinate of the input
+constexpr double kLargest = 1e100;  // coordinate of the input
 
 }  // namespace
 
@@ -82,7 +79,7 @@ Vec2 PlanarTriangulation::to_chart(const LatticePoint& q) const {
 }
 
 bool PlanarTriangulation::is_in_frame(const LatticePoint& q) const {
-  return std::abs(q.x) <= kPointReach && std::abs(q.y) <= kPointReach;  // false for NaN
+  return std::abs(q.x) <= 2 * reach_ && std::abs(q.y) <= 2 * reach_;  // false for NaN
 }
 
 std::uint32_t PlanarTriangulation::new_triangle() {
@@ -245,12 +242,17 @@ std::vector<SegmentCrossing> PlanarTriangulation::build(std::span<const Vec2> po
   if (!wrong.empty()) return wrong;
 
   place_lattice(points);
-  lattice_.resize(points.size() + kFrame);
-  lattice_[0] = {-kFrameReach, -kFrameReach};
-  lattice_[1] = {kFrameReach, -kFrameReach};
-  lattice_[2] = {kFrameReach, kFrameReach};
-  lattice_[3] = {-kFrameReach, kFrameReach};
+  lattice_.assign(points.size() + kFrame, {});
   for (std::size_t i = 0; i < points.size(); ++i) lattice_[i + kFrame] = to_lattice(points[i]);
+  reach_ = 1;
+  for (const LatticePoint& q : lattice_) {
+    reach_ = std::max({reach_, std::abs(q.x), std::abs(q.y)});
+  }
+  const double frame = 3 * reach_;
+  lattice_[0] = {-frame, -frame};
+  lattice_[1] = {frame, -frame};
+  lattice_[2] = {frame, frame};
+  lattice_[3] = {-frame, frame};
   triangles_.reserve(2 * lattice_.size() + 2);
   make_frame();
 

@@ -53,7 +53,8 @@ struct RefineRules {
 // Coordinates are kept on a lattice of 2^-50 of the largest extent of the input (or the spacing of
 // doubles at that place, if wider), where all decisions are exact: there are no tolerances, and no
 // input makes a fold or an endless loop. New vertices lie on the lattice exactly; points of the
-// input are returned as given.
+// input are returned as given. Later vertices may lie outside the square around the input by half
+// its size.
 // Bound:  random points: O(n log n) expected; memory about 100 bytes a vertex.
 // Source: Bowyer and Watson (cavity insertion); Amenta, Choi and Rote 2003 (order of insertion);
 //         Ruppert 1995, Shewchuk 2002, Ungor 2004 (refinement, off-centres).
@@ -204,7 +205,9 @@ class PlanarTriangulation {
   [[nodiscard]] Mended mend_at(const LatticePoint& q, std::uint32_t t, bool for_shape,
                                const RefineRules& rules);
   [[nodiscard]] bool request(std::uint32_t h, bool for_shape);
-  [[nodiscard]] bool is_small_corner(std::uint32_t h, double most_ratio) const;
+  // Whether segments enclose the corner opposite h at less than 60 degrees.
+  [[nodiscard]] bool is_small_corner(std::uint32_t h) const;
+  [[nodiscard]] bool is_held_at_corner(std::uint32_t segment) const;
 
   std::vector<Vec2> points_;
   std::vector<LatticePoint> lattice_;   // of all vertices, frame first
@@ -213,6 +216,7 @@ class PlanarTriangulation {
   std::vector<Triangle> triangles_;
   Vec2 centre_ = Vec2::Zero();
   double to_lattice_scale_ = 1, to_chart_scale_ = 1;
+  double reach_ = 1;        // of the input from the centre, on the lattice
   std::uint32_t last_ = 0;  // where the next search starts
   std::uint32_t random_ = 1;
 
