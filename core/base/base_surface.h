@@ -27,14 +27,14 @@ struct Range {
 
 enum class Coverage : std::uint8_t { kOutside, kPartly, kInside };
 
-// Enclosures over a plan box: certain, not sampled. Where coverage is kOutside the ranges mean nothing;
-// where it is kPartly they hold wherever the surface is defined inside the box.
-// Bound: every value the surface takes in the box, rounding included, lies in its range.
+// Enclosures over a plan box: certain, not sampled. Where coverage is kOutside the ranges mean
+// nothing; where it is kPartly they hold wherever the surface is defined inside the box. Bound:
+// every value the surface takes in the box, rounding included, lies in its range.
 struct BaseBounds {
   Coverage coverage = Coverage::kPartly;
   Range z;
-  Range zx, zy;          // first derivatives in plan
-  Range zxx, zxy, zyy;   // second derivatives in plan; unbounded where not known
+  Range zx, zy;         // first derivatives in plan
+  Range zxx, zxy, zyy;  // second derivatives in plan; unbounded where not known
 };
 
 }  // namespace diesink

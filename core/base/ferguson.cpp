@@ -19,6 +19,10 @@ constexpr int kMostNewtonSteps = 10;
 // rounding of the coordinates as they were written.
 constexpr double kAffineRounding = 0x1p-50;
 
+// A Newton step below this part of a patch is the last: what it leaves is its square, and the
+// slopes, taken where it starts, are off by no more than the patch bends over it.
+constexpr double kLastStep = 0x1p-37;
+
 // Border lines belong to the surface within this part of the largest coordinate.
 constexpr double kClosedBorder = 1e-12;
 
@@ -99,7 +103,7 @@ void FergusonSurface::make_patches(const FergusonBase& base) {
         std::fabs(xs * yt - xt * ys) / std::max(std::hypot(xs, ys), std::hypot(xt, yt));
     const double close = kClosedBorder * size_;
     patch.closeness = std::min(close / breadth, 1e-3);
-    patch.convergence = std::clamp(0x1p-48 * size_ / breadth, 0x1p-46, 1e-4);
+    patch.convergence = std::clamp(0x1p-48 * size_ / breadth, kLastStep, 1e-4);
     patch.box = {rx.lo - close, rx.hi + close, ry.lo - close, ry.hi + close};
     plan_box_ = {std::min(plan_box_.x0, patch.box.x0), std::max(plan_box_.x1, patch.box.x1),
                  std::min(plan_box_.y0, patch.box.y0), std::max(plan_box_.y1, patch.box.y1)};

@@ -24,7 +24,7 @@ struct FergusonHint {
 };
 
 // Degree and number of terms of the polynomial that starts the inversion of a patch.
-inline constexpr int kInverseDegree = 5;
+inline constexpr int kInverseDegree = 7;
 inline constexpr int kInverseTerms = (kInverseDegree + 1) * (kInverseDegree + 2) / 2;
 
 // One bicubic patch; s, t in [0, 1] are the fractions of u and v.
@@ -128,6 +128,8 @@ class FergusonSurface {
   bool invert_in(std::uint32_t patch, double x, double y, FergusonFoot& foot) const;
   bool invert_surely(std::uint32_t patch, double x, double y, FergusonFoot& foot) const;
   bool invert_patch(double x, double y, std::int32_t hint, FergusonFoot& foot) const;
+  // The patch next to one, or it itself, towards a point of its parameters; -1 beyond the grid.
+  [[nodiscard]] std::int32_t beside(std::int32_t patch, double s, double t) const;
   [[nodiscard]] BaseBounds affine_bounds(const PlanBox& box) const;
   [[nodiscard]] BaseBounds warped_bounds(const PlanBox& box) const;
 

@@ -35,6 +35,31 @@ void use_slopes(BaseBounds& out, const PlanBox& box, double z, double rounding) 
   out.z = intersection(out.z, widened(z - reach, z + reach, rounding));
 }
 
+// Enclosures over a part of one patch, derivatives in plan by the chain rule.
+BaseBounds bounds_over(const FergusonPatch& p, const ParameterBox& part) {
+  const BicubicOver x(p.x, part), y(p.y, part), z(p.z, part);
+  const Range xs = x.range(1, 0), xt = x.range(0, 1), ys = y.range(1, 0), yt = y.range(0, 1);
+  const Range inverse = reciprocal(xs * yt - xt * ys);
+  BaseBounds over;
+  over.z = z.range(0, 0);
+  if (std::isfinite(inverse.lo) && std::isfinite(inverse.hi)) {
+    const Range sx = yt * inverse, tx = -ys * inverse, sy = -xt * inverse, ty = xs * inverse;
+    const Range zs = z.range(1, 0), zt = z.range(0, 1);
+    over.zx = zs * sx + zt * tx;
+    over.zy = zs * sy + zt * ty;
+    // Twice by the chain rule: what of z's curvature in parameters the plan's own does not
+    // explain.
+    const auto rest = [&](int a, int b) {
+      return z.range(a, b) - over.zx * x.range(a, b) - over.zy * y.range(a, b);
+    };
+    const Range rss = rest(2, 0), rst = rest(1, 1), rtt = rest(0, 2);
+    over.zxx = rss * sx * sx + 2 * (rst * sx * tx) + rtt * tx * tx;
+    over.zxy = rss * sx * sy + rst * (sx * ty + sy * tx) + rtt * tx * ty;
+    over.zyy = rss * sy * sy + 2 * (rst * sy * ty) + rtt * ty * ty;
+  }
+  return over;
+}
+
 }  // namespace
 
 BaseBounds FergusonSurface::bounds(const PlanBox& box) const {
@@ -95,6 +120,26 @@ BaseBounds FergusonSurface::warped_bounds(const PlanBox& box) const {
   if (box.x1 < plan_box_.x0 || box.x0 > plan_box_.x1 || box.y1 < plan_box_.y0 ||
       box.y0 > plan_box_.y1)
     return out;
+  // A box well inside one patch, the common case: a parameter box about its middle's own into which
+  // the contraction falls holds a foot of every point of it, and no point has two.
+  FergusonFoot foot;
+  const double hx = 0.5 * (box.x1 - box.x0), hy = 0.5 * (box.y1 - box.y0);
+  const bool covered = invert_patch(0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1), -1, foot);
+  if (covered) {
+    const FergusonPatch& p = patches_[foot.patch];
+    const double scale = 1.5 * std::fabs(foot.plan.inverse);
+    const double rs =
+        scale * (std::fabs(foot.plan.yt) * hx + std::fabs(foot.plan.xt) * hy) + p.closeness;
+    const double rt =
+        scale * (std::fabs(foot.plan.ys) * hx + std::fabs(foot.plan.xs) * hy) + p.closeness;
+    ParameterBox part{foot.s - rs, foot.s + rs, foot.t - rt, foot.t + rt};
+    if (part.s0 > 0 && part.s1 < 1 && part.t0 > 0 && part.t1 < 1 && contract_inside(p, box, part)) {
+      out = bounds_over(p, part);
+      out.coverage = Coverage::kInside;
+      use_slopes(out, box, p.z.at(foot.s, foot.t), 1e-13 * size_);
+      return out;
+    }
+  }
   bool at_border = false, any = false;
   const auto visit = [&](std::uint32_t number) {
     const FergusonPatch& p = patches_[number];
@@ -109,27 +154,7 @@ BaseBounds FergusonSurface::warped_bounds(const PlanBox& box) const {
                   (j == 0 && part.t0 <= p.closeness) ||
                   (i == columns_ - 2 && part.s1 >= 1 - p.closeness) ||
                   (j == rows_ - 2 && part.t1 >= 1 - p.closeness);
-      const BicubicOver x(p.x, part), y(p.y, part), z(p.z, part);
-      const Range xs = x.range(1, 0), xt = x.range(0, 1), ys = y.range(1, 0), yt = y.range(0, 1);
-      const Range inverse = reciprocal(xs * yt - xt * ys);
-      BaseBounds over;
-      over.z = z.range(0, 0);
-      if (std::isfinite(inverse.lo) && std::isfinite(inverse.hi)) {
-        const Range sx = yt * inverse, tx = -ys * inverse, sy = -xt * inverse, ty = xs * inverse;
-        const Range zs = z.range(1, 0), zt = z.range(0, 1);
-        over.zx = zs * sx + zt * tx;
-        over.zy = zs * sy + zt * ty;
-        // Twice by the chain rule: what of z's curvature in parameters the plan's own does not
-        // explain.
-        const auto rest = [&](int a, int b) {
-          return z.range(a, b) - over.zx * x.range(a, b) - over.zy * y.range(a, b);
-        };
-        const Range rss = rest(2, 0), rst = rest(1, 1), rtt = rest(0, 2);
-        over.zxx = rss * sx * sx + 2 * (rst * sx * tx) + rtt * tx * tx;
-        over.zxy = rss * sx * sy + rst * (sx * ty + sy * tx) + rtt * tx * ty;
-        over.zyy = rss * sy * sy + 2 * (rst * sy * ty) + rtt * ty * ty;
-      }
-      take(out, over);
+      take(out, bounds_over(p, part));
     }
   };
   const auto bin = [](double v, double low, double scale, int count) {
@@ -161,14 +186,12 @@ BaseBounds FergusonSurface::warped_bounds(const PlanBox& box) const {
   out.coverage = Coverage::kPartly;
   if (at_border) return out;
   // No border crosses the box, so it is covered everywhere or nowhere: its middle decides.
-  BaseHit hit;
-  FergusonHint hint;
-  if (!at(0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1), hit, hint)) {
+  if (!covered) {
     out.coverage = Coverage::kOutside;
     return out;
   }
   out.coverage = Coverage::kInside;
-  use_slopes(out, box, hit.z, 1e-13 * size_);
+  use_slopes(out, box, patches_[foot.patch].z.at(foot.s, foot.t), 1e-13 * size_);
   return out;
 }
 

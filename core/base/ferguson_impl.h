@@ -57,6 +57,10 @@ class ParameterBoxes {
 // whose plan point lies in `box`. Certain, rounding included.
 void preimage(const FergusonPatch& patch, const PlanBox& box, ParameterBoxes& out);
 
+// Shrinks the box to what the plan map can bring into `plan`. True where that fell strictly inside
+// the box: then every point of `plan` has exactly one foot in it.
+bool contract_inside(const FergusonPatch& patch, const PlanBox& plan, ParameterBox& box);
+
 // Whether the patch's plan Jacobian is shown to be positive (negative if `turned`) everywhere on
 // it.
 bool unfolded(const FergusonPatch& patch, bool turned);

@@ -5,6 +5,7 @@
 
 #include "core/base/ferguson_impl.h"
 #include "core/interval.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -138,6 +139,12 @@ bool unfolded(const FergusonPatch& patch, bool turned) {
   return positive(net, 1e-9 * largest, 2 * kFoldDepth);
 }
 
+bool contract_inside(const FergusonPatch& patch, const PlanBox& plan, ParameterBox& box) {
+  const ParameterBox before = box;
+  return !contract(patch, plan, box).empty && box.s0 > before.s0 && box.s1 < before.s1 &&
+         box.t0 > before.t0 && box.t1 < before.t1;
+}
+
 void preimage(const FergusonPatch& patch, const PlanBox& plan, ParameterBoxes& out) {
   struct Open {
     ParameterBox box;
@@ -185,7 +192,7 @@ InversePatch fit_inverse(const FergusonPatch& patch) {
   // Least squares over a grid of samples that is denser towards the patch's border; normal
   // equations by Cholesky.
   constexpr std::size_t kTerms = kInverseTerms;
-  constexpr int kSamples = 9;
+  constexpr int kSamples = 11;
   std::array<std::array<double, kTerms>, kTerms> a{};
   for (int i = 0; i < kSamples; ++i) {
     for (int j = 0; j < kSamples; ++j) {
@@ -231,8 +238,10 @@ InversePatch fit_inverse(const FergusonPatch& patch) {
 }
 
 void FergusonSurface::make_inverses() {
-  inverses_.reserve(patches_.size());
-  for (const FergusonPatch& patch : patches_) inverses_.push_back(fit_inverse(patch));
+  inverses_.resize(patches_.size());
+  parallel_blocks(patches_.size(), 16, 0, [this](std::size_t begin, std::size_t end, int) {
+    for (std::size_t p = begin; p < end; ++p) inverses_[p] = fit_inverse(patches_[p]);
+  });
 }
 
 }  // namespace diesink

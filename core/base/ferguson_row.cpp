@@ -11,6 +11,19 @@
 #define HWY_TARGET_INCLUDE "core/base/ferguson_row.cpp"
 #include "core/simd.h"
 
+#ifndef DIESINK_FERGUSON_ROW_REACH
+#define DIESINK_FERGUSON_ROW_REACH
+namespace diesink {
+
+// How many points a run wrote, and where the next lies in the parameters of the run's patch.
+struct RowReach {
+  std::size_t written;
+  double s, t;
+};
+
+}  // namespace diesink
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace diesink {
 namespace HWY_NAMESPACE {
@@ -73,8 +86,8 @@ void affine_run(const FergusonPatch& p, const AffinePlan& a, double u_row, doubl
 
 // A run along one y that starts in one patch of a warped grid; returns how many points from its
 // first on lie well inside the patch and are written.
-std::size_t warped_run(const FergusonPatch& p, const InversePatch& inverse, double y,
-                       const double* xs, std::size_t count, const RowOut& out) {
+RowReach warped_run(const FergusonPatch& p, const InversePatch& inverse, double y, const double* xs,
+                    std::size_t count, const RowOut& out) {
   const D d;
   const Lift lift;
   const InverseLine start = inverse_line(inverse, y);
@@ -108,9 +121,14 @@ std::size_t warped_run(const FergusonPatch& p, const InversePatch& inverse, doub
     const std::intptr_t bad = hn::FindFirstTrue(d, hn::Not(good));
     const std::size_t written = bad < 0 ? left : std::min(left, static_cast<std::size_t>(bad));
     store(out, k, written, z.f, slope.zx, slope.zy);
-    if (written < left) return k + written;
+    if (written < left) {
+      double at_s[hn::MaxLanes(D())], at_t[hn::MaxLanes(D())];
+      hn::StoreU(s, d, at_s);
+      hn::StoreU(t, d, at_t);
+      return {k + written, at_s[written], at_t[written]};
+    }
   }
-  return count;
+  return {count, 0.5, 0.5};
 }
 
 }  // namespace ferguson
@@ -121,9 +139,9 @@ void ferguson_affine_run(const FergusonPatch& p, const AffinePlan& a, double u_r
   ferguson::affine_run(p, a, u_row, v_row, i, j, xs, count, {z, zx, zy});
 }
 
-std::size_t ferguson_warped_run(const FergusonPatch& p, const InversePatch& inverse, double y,
-                                const double* xs, std::size_t count, double* z, double* zx,
-                                double* zy) {
+RowReach ferguson_warped_run(const FergusonPatch& p, const InversePatch& inverse, double y,
+                             const double* xs, std::size_t count, double* z, double* zx,
+                             double* zy) {
   return ferguson::warped_run(p, inverse, y, xs, count, {z, zx, zy});
 }
 
@@ -143,6 +161,13 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
+std::int32_t FergusonSurface::beside(std::int32_t patch, double s, double t) const {
+  const auto step = [](double w) { return w > 0.5 ? (w > 1 - 1e-5 ? 1 : 0) : (w < 1e-5 ? -1 : 0); };
+  const int i = patch % patch_columns() + step(s), j = patch / patch_columns() + step(t);
+  if (i < 0 || i > columns_ - 2 || j < 0 || j > rows_ - 2) return -1;
+  return j * patch_columns() + i;
+}
+
 void FergusonSurface::row(double y, std::span<const double> xs, double* z, double* zx,
                           double* zy) const {
   const auto point = [&](std::size_t k, FergusonHint& hint) {
@@ -154,16 +179,25 @@ void FergusonSurface::row(double y, std::span<const double> xs, double* z, doubl
     return found;
   };
   if (!affine_) {
-    FergusonHint hint;
+    const auto run = [&](std::int32_t patch, std::size_t k) {
+      const auto p = static_cast<std::size_t>(patch);
+      return HWY_DYNAMIC_DISPATCH(ferguson_warped_run)(patches_[p], inverses_[p], y, xs.data() + k,
+                                                       xs.size() - k, z + k, zx + k, zy + k);
+    };
+    std::int32_t patch = -1;
     for (std::size_t k = 0; k < xs.size();) {
-      // The point by itself finds the patch, or is where a run of the last patch ended.
-      const bool found = point(k, hint);
+      if (patch >= 0) {
+        const RowReach reach = run(patch, k);
+        k += reach.written;
+        if (reach.written > 0) {
+          patch = beside(patch, reach.s, reach.t);
+          continue;
+        }
+      }
+      // On a line between patches, or astray: the point by itself.
+      FergusonHint hint;
+      patch = point(k, hint) ? hint.patch : -1;
       ++k;
-      if (!found) continue;
-      const auto patch = static_cast<std::size_t>(hint.patch);
-      k += HWY_DYNAMIC_DISPATCH(ferguson_warped_run)(patches_[patch], inverses_[patch], y,
-                                                     xs.data() + k, xs.size() - k, z + k, zx + k,
-                                                     zy + k);
     }
     return;
   }

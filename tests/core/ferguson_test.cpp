@@ -266,7 +266,7 @@ TEST_P(Ferguson, BoundsEncloseAndTighten) {
           EXPECT_TRUE(in(b.z, hit.z, 0)) << b.z.lo << ' ' << hit.z << ' ' << b.z.hi << " h " << h;
           EXPECT_TRUE(in(b.zx, hit.zx, 0))
               << b.zx.lo << ' ' << hit.zx << ' ' << b.zx.hi << " h " << h;
-          EXPECT_TRUE(in(b.zy, hit.zy, 0));
+          EXPECT_TRUE(in(b.zy, hit.zy, 1e-11));
           const double d = 1e-4;
           BaseHit next;
           if (h >= 0.03 && i < 7 && j < 7) {
