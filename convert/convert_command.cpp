@@ -11,6 +11,8 @@
 #include "convert/mesh_frame.h"
 #include "convert/mesh_input.h"
 #include "convert/mesh_output.h"
+#include "core/mesh_tools/repair.h"
+#include "core/mesh_tools/weld.h"
 #include "formats/json_writer.h"
 
 namespace diesink {
@@ -20,7 +22,8 @@ struct Options {
   std::string input, output;
   std::string stdout_format = "obj";
   MeshFrame frame;
-  std::optional<double> tolerance;
+  std::optional<double> tolerance, weld, max_hole;
+  bool repair = false;
   MeshInputOptions in;
   MeshOutputOptions out;
 };
@@ -32,8 +35,60 @@ constexpr std::array<Choice, 4> kUnits{{{"mm", static_cast<int>(LengthUnit::kMil
 constexpr std::array<Choice, 2> kUpAxes{
     {{"y", static_cast<int>(UpAxis::kY)}, {"z", static_cast<int>(UpAxis::kZ)}}};
 
+// What was changed because --weld or --repair asked for it.
+struct Mended {
+  std::optional<WeldReport> weld;
+  std::optional<RepairReport> repair;
+};
+
+Mended mend(TriangleMesh& mesh, const Options& options) {
+  Mended mended;
+  if (options.repair) {
+    RepairOptions how;
+    how.weld = options.weld.value_or(how.weld);
+    how.max_hole = options.max_hole.value_or(how.max_hole);
+    mended.repair = repair(mesh, how);
+  } else if (options.weld) {
+    mended.weld = weld(mesh, *options.weld);
+  }
+  return mended;
+}
+
+std::string mended_text(const Mended& mended) {
+  if (mended.repair) return to_text(*mended.repair);
+  if (!mended.weld) return {};
+  return "welded: " + std::to_string(mended.weld->merged_vertices) + " vertices merged, " +
+         std::to_string(mended.weld->collapsed_triangles) + " triangles collapsed\n";
+}
+
+void write_mended(JsonWriter& json, const Mended& mended) {
+  if (mended.weld) {
+    json.key("weld")
+        .begin_object()
+        .field("merged_vertices", mended.weld->merged_vertices)
+        .field("collapsed_triangles", mended.weld->collapsed_triangles)
+        .end_object();
+  }
+  if (!mended.repair) return;
+  const RepairReport& done = *mended.repair;
+  json.key("repair")
+      .begin_object()
+      .field("merged_vertices", done.merged_vertices)
+      .field("removed_degenerate", done.removed_degenerate)
+      .field("removed_duplicates", done.removed_duplicates)
+      .field("flipped", done.flipped)
+      .field("split_edges", done.split_edges)
+      .field("split_vertices", done.split_vertices)
+      .field("filled_holes", done.filled_holes)
+      .field("added_triangles", done.added_triangles)
+      .field("unorientable", done.unorientable)
+      .field("watertight_before", done.before.watertight)
+      .field("watertight_after", done.after.watertight)
+      .end_object();
+}
+
 std::string as_json(const MeshFile& in, const MeshTarget& target, const WrittenMesh& written,
-                    const Diagnostics& read, const Diagnostics& told) {
+                    const Mended& mended, const Diagnostics& read, const Diagnostics& told) {
   JsonWriter json;
   json.begin_object()
       .field("from", in.format->id)
@@ -46,12 +101,15 @@ std::string as_json(const MeshFile& in, const MeshTarget& target, const WrittenM
   for (const Diagnostics* stage : {&read, &told}) {
     for (const Diagnostic& each : stage->all()) json.value(to_text(each));
   }
-  json.end_array().end_object();
+  json.end_array();
+  write_mended(json, mended);
+  json.end_object();
   return json.text() + "\n";
 }
 
 ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile& in,
                    const MeshTarget& target, const Diagnostics& read) {
+  const Mended mended = mend(in.mesh, options);
   Diagnostics told;
   const auto warn = [&](const std::string& file, const std::vector<std::string>& messages) {
     for (const std::string& each : messages) told.warning(each, {file, 0, 0, -1});
@@ -65,13 +123,14 @@ ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile
   OutputFiles files;
   WriteOptions write;
   write.lines = true;
-  write.tolerance = options.tolerance.value_or(0);
+  write.tolerance = 2 * options.tolerance.value_or(0);  // writers keep half of it
   const Result<WrittenMesh> written = write_mesh(files, target, in.mesh, options.out, write);
   if (!written) return report(written.error());
   warn(target.path, written->notes);
   report(told);
   if (Status done = files.commit(); !done) return report(done.error());
-  return common.json ? print(as_json(in, target, *written, read, told)) : ExitStatus::kDone;
+  if (common.json) return print(as_json(in, target, *written, mended, read, told));
+  return common.quiet || target.path == "-" ? ExitStatus::kDone : print(mended_text(mended));
 }
 
 ExitStatus run(const Options& options, const CommonOptions& common) {
@@ -102,7 +161,13 @@ Run setup(CLI::App& app) {
   add_choice(app, "--up-in", to.frame.up_in, kUpAxes, "the file's up axis, whatever it says");
   add_choice(app, "--up-out", to.frame.up_out, kUpAxes, "what the up axis shall be");
   add_number(app, "--tolerance", to.tolerance,
-             "for --draco: largest distance it may move a vertex, twice over", kPositive);
+             "for --draco: how far it may move a vertex (default 5e-6 of the extent)", kPositive);
+  add_number(app, "--weld", to.weld, "vertices this close become one, in the file's lengths",
+             kNotNegative);
+  add_flag_with_number(app, "--repair", to.repair, to.max_hole,
+                       "orient, split what is not manifold, fill holes up to =SIZE (default: a "
+                       "twentieth of the mesh)",
+                       kNotNegative);
   add_mesh_output_options(app, to.out);
   add_mesh_input_options(app, to.in);
   return [options](const CommonOptions& common) { return run(*options, common); };
@@ -110,7 +175,7 @@ Run setup(CLI::App& app) {
 
 }  // namespace
 
-const Command kConvertCommand{"convert", "mesh to mesh: formats, units, up axis",
+const Command kConvertCommand{"convert", "mesh to mesh: formats, units, up axis, repair",
                               "diesink convert out/fig6.stl out/fig6.glb --units-in mm --up-in z",
                               true, setup};
 

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/App.hpp>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "convert/commands.h"
 #include "convert/input.h"
+#include "convert/mesh_info.h"
+#include "convert/mesh_input.h"
 #include "convert/program_info.h"
 
 namespace diesink {
@@ -13,20 +16,44 @@ namespace {
 
 struct Options {
   std::string file;
+  MeshInputOptions in;
 };
 
-ExitStatus tell_program(const std::string& path, const CommonOptions& common) {
+ExitStatus tell_program(std::span<const std::byte> bytes, const std::string& path,
+                        const CommonOptions& common) {
   Diagnostics diagnostics;
-  const Loaded<PartProgram> program = load_part_program(path, diagnostics);
+  const Loaded<PartProgram> program = load_part_program(bytes, path, diagnostics);
   if (!program.value) return program.status;
   return print(common.json ? program_info_json(*program.value, diagnostics)
                            : program_info(*program.value));
 }
 
+ExitStatus tell_mesh(std::span<const std::byte> bytes, const Options& options,
+                     const CommonOptions& common) {
+  Diagnostics diagnostics;
+  const Loaded<MeshFile> file =
+      load_mesh(bytes, options.file, options.in, common.threads, diagnostics);
+  if (!file.value) return file.status;
+  const MeshTopology topology = topology_of(file.value->mesh);
+  return print(common.json ? mesh_info_json(*file.value, topology, diagnostics)
+                           : mesh_info(*file.value, topology));
+}
+
+ExitStatus run(const Options& options, const CommonOptions& common) {
+  const Result<InputBytes> file = read_file(options.file, max_bytes_of(options.in));
+  if (!file) return report(file.error());
+  return is_part_program(file->bytes(), options.file)
+             ? tell_program(file->bytes(), options.file, common)
+             : tell_mesh(file->bytes(), options, common);
+}
+
 Run setup(CLI::App& app) {
   const auto options = std::make_shared<Options>();
-  app.add_option("FILE", options->file, "part program or mesh")->required()->type_name("");
-  return [options](const CommonOptions& common) { return tell_program(options->file, common); };
+  app.add_option("FILE", options->file, "part program or mesh, told by its content; - is stdin")
+      ->required()
+      ->type_name("");
+  add_mesh_input_options(app, options->in);
+  return [options](const CommonOptions& common) { return run(*options, common); };
 }
 
 }  // namespace

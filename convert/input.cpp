@@ -55,7 +55,11 @@ bool is_part_program(std::span<const std::byte> bytes, const std::string& path) 
 Loaded<PartProgram> load_part_program(const std::string& path, Diagnostics& diagnostics) {
   const Result<InputBytes> file = read_file(path, kMaxProgramBytes);
   if (!file) return {std::nullopt, report(file.error())};
-  const std::span<const std::byte> bytes = file->bytes();
+  return load_part_program(file->bytes(), path, diagnostics);
+}
+
+Loaded<PartProgram> load_part_program(std::span<const std::byte> bytes, const std::string& path,
+                                      Diagnostics& diagnostics) {
   std::optional<PartProgram> program =
       parse_part_program({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
                          path == "-" ? "stdin" : path, diagnostics);

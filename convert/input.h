@@ -25,6 +25,9 @@ bool is_part_program(std::span<const std::byte> bytes, const std::string& path);
 
 // Reads and checks a part program ("-" is stdin). Its warnings are told, and kept in `diagnostics`.
 Loaded<PartProgram> load_part_program(const std::string& path, Diagnostics& diagnostics);
+// The same for the content of `path`, read before.
+Loaded<PartProgram> load_part_program(std::span<const std::byte> bytes, const std::string& path,
+                                      Diagnostics& diagnostics);
 
 // The compound surface of a checked program.
 Loaded<CompoundSurface> make_surface(const PartProgram& program);

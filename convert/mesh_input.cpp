@@ -14,19 +14,27 @@ void add_mesh_input_options(CLI::App& app, MeshInputOptions& options) {
                    "millions of triangles a file may hold (default 50)", 1, kMost);
 }
 
+std::size_t max_bytes_of(const MeshInputOptions& options) {
+  // The limit somebody chose is the one that counts, up or down.
+  return options.max_memory ? static_cast<std::size_t>(*options.max_memory) << 20 : kMaxFileBytes;
+}
+
 Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options, int threads,
                            Diagnostics& diagnostics) {
+  const Result<InputBytes> file = read_file(path, max_bytes_of(options));
+  if (!file) return {std::nullopt, report(file.error())};
+  return load_mesh(file->bytes(), path, options, threads, diagnostics);
+}
+
+Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,
+                           const MeshInputOptions& options, int threads, Diagnostics& diagnostics) {
   ReadOptions read;
   read.threads = threads;
-  std::size_t max_bytes = kMaxFileBytes;
-  if (options.max_memory) {
-    read.max_memory = static_cast<std::size_t>(*options.max_memory) << 20;
-    max_bytes = read.max_memory;  // the limit somebody chose is the one that counts, up or down
-  }
+  if (options.max_memory) read.max_memory = max_bytes_of(options);
   if (options.max_triangles) {
     read.max_triangles = static_cast<std::size_t>(*options.max_triangles) * 1'000'000;
   }
-  Result<MeshFile> file = read_mesh_file(path, read, diagnostics, max_bytes);
+  Result<MeshFile> file = read_mesh_bytes(bytes, path, read, diagnostics);
   const ExitStatus told = report(diagnostics);
   if (!file) return {std::nullopt, report(file.error())};
   if (told != ExitStatus::kDone) return {std::nullopt, told};

@@ -45,12 +45,16 @@ Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
                                 Diagnostics& diagnostics, std::size_t max_bytes) {
   const Result<InputBytes> input = read_file(path, max_bytes);
   if (!input) return input.error();
+  return read_mesh_bytes(input->bytes(), path, std::move(options), diagnostics);
+}
+
+Result<MeshFile> read_mesh_bytes(std::span<const std::byte> bytes, const std::string& path,
+                                 ReadOptions options, Diagnostics& diagnostics) {
   options.file_name = path;
   if (path != "-") {
     const std::size_t slash = path.rfind('/');
     options.folder = slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
   }
-  const std::span<const std::byte> bytes = input->bytes();
   if (bytes.empty()) return Error{ErrorCode::kInput, "the file is empty, expected a mesh", {path}};
   const Format* const format = format_of_content(bytes, path);
   if (format == nullptr || format->read == nullptr) {

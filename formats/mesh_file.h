@@ -22,6 +22,10 @@ struct MeshFile {
 Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
                                 Diagnostics& diagnostics, std::size_t max_bytes = kMaxFileBytes);
 
+// The same for the content of `path`, read before.
+Result<MeshFile> read_mesh_bytes(std::span<const std::byte> bytes, const std::string& path,
+                                 ReadOptions options, Diagnostics& diagnostics);
+
 // Writes `mesh` in the format of the ending of `path` into `files`, to appear with files.commit().
 // "-" needs `format`. Fills in options.file_stem, empty for stdout and devices. The answer's
 // `files` is empty. Errors: kUsage for an unknown ending, kOutput, kUnsupported.

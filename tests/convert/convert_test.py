@@ -94,9 +94,59 @@ class Convert(CommandLineTest):
                 self.assertIn(b"error:", done.stderr)
                 self.assertFalse((self.folder / "out.obj").exists())
 
+    def test_weld_and_repair_only_when_asked(self):
+        # The tip's third triangle turned over, its fourth missing, and one corner 0.01 off.
+        source = self.write("in.obj", TETRA.replace("v 0 0 4", "v 0 0 4\nv 0 0 4.01")
+                            .replace("f 2 3 4", "f 4 3 2").replace("f 1 4 3", "f 1 5 3"))
+        broken = json.loads(self.run_program("info", source, "--json").stdout)
+        self.assertFalse(broken["watertight"])
+        self.run_program("convert", source, "plain.ply")
+        plain = json.loads(self.run_program("info", "plain.ply", "--json").stdout)
+        self.assertEqual((plain["vertices"], plain["misoriented_edges"]),
+                         (broken["vertices"], broken["misoriented_edges"]))
+        welded = json.loads(self.run_program("convert", source, "w.ply", "--weld", "0.1", "--json").stdout)
+        self.assertEqual(welded["weld"], {"merged_vertices": 1, "collapsed_triangles": 0})
+        table = self.run_program("convert", source, "r.ply", "--weld", "0.1", "--repair").stdout.decode()
+        self.assertIn("before", table)
+        mended = json.loads(self.run_program("info", "r.ply", "--json").stdout)
+        self.assertEqual((mended["watertight"], mended["vertices"], mended["triangles"]), (True, 4, 4))
+        self.assertAlmostEqual(mended["volume"], 4, places=12)
+
     def test_limits(self):
         source = self.write("in.obj", TETRA * 20000)
         self.run_program("convert", source, "out.obj", "--max-memory", "1", status=BAD_INPUT)
+
+
+class MeshInfo(CommandLineTest):
+    KEYS = ["format", "vertices", "triangles", "lines", "shells", "boundary_loops", "nonmanifold_edges", "watertight",
+            "area", "volume", "bounds", "units", "up", "names"]
+
+    def test_json(self):
+        told = json.loads(self.run_program("info", self.write("in.obj", TETRA), "--json").stdout)
+        self.assertEqual(list(told)[:len(self.KEYS)], self.KEYS)
+        self.assertEqual([told[key] for key in self.KEYS[:8]], ["obj", 4, 4, 0, 1, 0, 0, True])
+        self.assertAlmostEqual(told["volume"], 4, places=12)
+        self.assertAlmostEqual(told["area"], 3 + 4 + 6 + 61 ** 0.5, places=12)
+        self.assertEqual(told["bounds"], [[0, 0, 0], [2, 3, 4]])
+        self.assertEqual((told["units"], told["up"], told["names"]), ("unknown", "unknown", ["tip"]))
+
+    def test_open_mesh_tells_why(self):
+        open_tetra = self.write("in.obj", TETRA.rsplit("f", 1)[0])
+        text = self.run_program("info", open_tetra).stdout.decode()
+        self.assertIn("watertight  no: 3 boundary edges", text)
+        self.assertEqual(json.loads(self.run_program("info", open_tetra, "--json").stdout)["boundary_loops"], 1)
+
+    def test_content_comes_before_the_ending(self):
+        told = self.run_program("info", self.write("mesh.part", TETRA), "--json", status=BAD_INPUT)
+        self.assertIn(b"mesh.part", told.stderr)  # OBJ has no magic word: the ending decides
+        self.write("off.stl", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+        self.assertEqual(json.loads(self.run_program("info", "off.stl", "--json").stdout)["format"], "off")
+        self.write("part.stl", "$$ a plane\nbsurf-def\nPLANE,1\nBOOLE-DEF\nB\nMACHI-DEF\nX-RNG,0,1\nY-RNG,0,1\n")
+        self.assertIn("boole", json.loads(self.run_program("info", "part.stl", "--json").stdout))
+
+    def test_mesh_from_stdin(self):
+        told = json.loads(self.run_program("info", "-", "--json", stdin=TETRA.encode()).stdout)
+        self.assertEqual(told["triangles"], 4)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,104 @@
+// Meshes told: lines for people, the same figures as JSON.
+// SPDX-License-Identifier: Apache-2.0
+#include "convert/mesh_info.h"
+
+#include <string_view>
+
+#include "formats/json_writer.h"
+#include "formats/text_number.h"
+
+namespace diesink {
+namespace {
+
+std::string_view name_of(UpAxis up) {
+  switch (up) {
+    case UpAxis::kY:
+      return "y";
+    case UpAxis::kZ:
+      return "z";
+    case UpAxis::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+std::string point_text(const Vec3& point) {
+  return to_text(point.x()) + ", " + to_text(point.y()) + ", " + to_text(point.z());
+}
+
+std::string names_text(const TriangleMesh& mesh) {
+  constexpr std::size_t kShown = 12;
+  std::string text;
+  std::size_t named = 0;
+  for (const MeshElement& each : mesh.elements) {
+    if (each.name.empty()) continue;
+    if (++named <= kShown) text += (text.empty() ? "" : " ") + each.name;
+  }
+  if (named > kShown) text += " and " + std::to_string(named - kShown) + " more";
+  return named == 0 ? "none" : text;
+}
+
+}  // namespace
+
+std::string mesh_info(const MeshFile& file, const MeshTopology& topology) {
+  const auto count = [](std::size_t number) { return std::to_string(number); };
+  const auto told = [](std::string_view name) {
+    return name == "unknown" ? std::string("not told") : std::string(name);
+  };
+  std::string text = std::string(file.format->title) + "\n";
+  text += "  units       " + told(diesink::name_of(file.mesh.unit)) + "\n";
+  text += "  up          " + told(name_of(file.mesh.up)) + "\n";
+  text += "  vertices    " + count(topology.vertices) + "\n";
+  text += "  triangles   " + count(topology.triangles) + "\n";
+  if (topology.lines > 0) text += "  lines       " + count(topology.lines) + " segments\n";
+  text += "  shells      " + count(topology.shells) + "\n";
+  text += "  watertight  " + (topology.watertight ? "yes" : "no: " + topology.why_not) + "\n";
+  text += "  area        " + to_text(topology.area) + "\n";
+  text += "  volume      " +
+          (topology.watertight ? to_text(topology.volume) : "unknown: not watertight") + "\n";
+  text += "  from        " + point_text(topology.bounds[0]) + "\n";
+  text += "  to          " + point_text(topology.bounds[1]) + "\n";
+  text += "  groups      " + names_text(file.mesh) + "\n";
+  return text;
+}
+
+std::string mesh_info_json(const MeshFile& file, const MeshTopology& topology,
+                           const Diagnostics& diagnostics) {
+  JsonWriter json;
+  json.begin_object()
+      .field("format", file.format->id)
+      .field("vertices", topology.vertices)
+      .field("triangles", topology.triangles)
+      .field("lines", topology.lines)
+      .field("shells", topology.shells)
+      .field("boundary_loops", topology.boundary_loops)
+      .field("nonmanifold_edges", topology.nonmanifold_edges)
+      .field("watertight", topology.watertight)
+      .field("area", topology.area)
+      .field("volume", topology.volume);
+  json.key("bounds").begin_array();
+  for (const Vec3& corner : topology.bounds) {
+    json.begin_array().value(corner.x()).value(corner.y()).value(corner.z()).end_array();
+  }
+  json.end_array()
+      .field("units", diesink::name_of(file.mesh.unit))
+      .field("up", name_of(file.mesh.up));
+  json.key("names").begin_array();
+  for (const MeshElement& each : file.mesh.elements) {
+    if (!each.name.empty()) json.value(each.name);
+  }
+  json.end_array()
+      .field("why_not_watertight", topology.why_not)
+      .field("boundary_edges", topology.boundary_edges)
+      .field("misoriented_edges", topology.misoriented_edges)
+      .field("nonmanifold_vertices", topology.nonmanifold_vertices)
+      .field("degenerate", topology.degenerate)
+      .field("flat", topology.flat)
+      .field("duplicates", topology.duplicates);
+  json.key("warnings").begin_array();
+  for (const Diagnostic& each : diagnostics.all()) json.value(to_text(each));
+  json.end_array().end_object();
+  return json.text() + "\n";
+}
+
+}  // namespace diesink
