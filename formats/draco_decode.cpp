@@ -74,6 +74,7 @@ Result<std::vector<std::byte>> values_of(const draco::Mesh& mesh, const DracoReq
 
 Result<DecodedDraco> decoded(const draco::Mesh& mesh, std::span<const DracoRequest> requests) {
   DecodedDraco out;
+  out.vertex_count = mesh.num_points();
   out.triangles.resize(mesh.num_faces());
   for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
     const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(f));
@@ -93,11 +94,9 @@ Result<DecodedDraco> decoded(const draco::Mesh& mesh, std::span<const DracoReque
   return out;
 }
 
-// "7 triangles, expected 12", where they are not as the limits say.
-Status within(std::size_t found, std::size_t limit, bool exact, const char* what) {
-  if (exact ? found == limit : found <= limit) return ok();
-  return wrong(std::to_string(found) + ' ' + what + ", expected " + (exact ? "" : "at most ") +
-               std::to_string(limit));
+Status check_triangles(std::size_t found, std::size_t expected) {
+  if (found == expected) return ok();
+  return wrong(std::to_string(found) + " triangles, expected " + std::to_string(expected));
 }
 
 }  // namespace
@@ -106,9 +105,7 @@ Result<DecodedDraco> decode_draco(std::span<const std::byte> bytes, const DracoL
                                   std::span<const DracoRequest> requests) {
   const auto claims = survey_draco(bytes);
   if (!claims) return claims.error();
-  if (Status s = within(claims->triangles, limits.triangles, limits.exact, "triangles"); !s) {
-    return s.error();
-  }
+  if (Status s = check_triangles(claims->triangles, limits.triangles); !s) return s.error();
   try {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -120,11 +117,10 @@ Result<DecodedDraco> decode_draco(std::span<const std::byte> bytes, const DracoL
     }
     if (mesh.value() == nullptr) return wrong("the stream holds no mesh");
     const draco::Mesh& found = *mesh.value();
-    if (Status s = within(found.num_faces(), limits.triangles, limits.exact, "triangles"); !s) {
-      return s.error();
-    }
-    if (Status s = within(found.num_points(), limits.vertices, limits.exact, "vertices"); !s) {
-      return s.error();
+    if (Status s = check_triangles(found.num_faces(), limits.triangles); !s) return s.error();
+    if (found.num_points() > limits.vertices) {
+      return wrong(std::to_string(found.num_points()) + " vertices, expected at most " +
+                   std::to_string(limits.vertices));
     }
     return decoded(found, requests);
   } catch (const std::bad_alloc&) {

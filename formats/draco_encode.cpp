@@ -185,7 +185,7 @@ class Encoding {
     const std::size_t triangles = source_.indices.size() / 3;
     const std::array<DracoRequest, 1> request{
         {{static_cast<std::uint32_t>(blob.position_id), 5126, 3}}};
-    const auto decoded = decode_draco(bytes, {triangles, 3 * triangles, false}, request);
+    const auto decoded = decode_draco(bytes, {triangles, 3 * triangles}, request);
     if (!decoded) return false;
     blob.triangle_count = decoded->triangles.size();
     blob.vertex_count = decoded->attributes[0].size() / sizeof(Float3);

@@ -60,14 +60,14 @@ struct DracoRequest {
 };
 
 struct DracoLimits {
-  std::size_t triangles = 0;
-  std::size_t vertices = 0;
-  bool exact = true;  // so many are expected; else so many at most
+  std::size_t triangles = 0;  // exactly so many are expected
+  std::size_t vertices = 0;   // so many at most
 };
 
 struct DecodedDraco {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::vector<std::byte>> attributes;  // one a request, tightly packed
+  std::size_t vertex_count = 0;
 };
 
 // Decodes a primitive of somebody's file. What the bytes claim is checked before anything is

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "formats/byte_sink.h"
+#include "formats/gltf_read.h"
 #include "formats/gltf_text.h"
 #include "formats/registry.h"
 #include "formats/written_mesh.h"
@@ -176,7 +177,7 @@ const Format kGltf{
     .units = Keeps::kYes,
     .sharing = Keeps::kYes,
     .matches = looks_like_gltf,
-    .read = nullptr,
+    .read = read_gltf,
     .write = write_gltf,
     .stream = stream_gltf,
     .remarks = "metres and Y up by the root node's matrix; Draco",
@@ -194,7 +195,7 @@ const Format kGlb{
     .units = Keeps::kYes,
     .sharing = Keeps::kYes,
     .matches = looks_like_glb,
-    .read = nullptr,
+    .read = read_gltf,
     .write = write_glb,
     .stream = stream_glb,
     .remarks = "metres and Y up by the root node's matrix; Draco; at most 4 GiB",

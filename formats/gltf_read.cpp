@@ -1,0 +1,600 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/gltf_read.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <new>
+#include <set>
+
+#include "formats/draco_mesh.h"
+#include "formats/gltf_accessor.h"
+#include "formats/gltf_color.h"
+#include "formats/gltf_scene.h"
+#include "formats/gltf_weld.h"
+
+namespace diesink {
+namespace {
+
+namespace tg = diesink_tinygltf;
+
+constexpr std::size_t kItemsOfAny = 500'000;  // vertices or triangles a file of any size may hold
+constexpr std::size_t kItemsPerByte = 64;
+enum Mode {
+  kPoints,
+  kLineList,
+  kLineLoop,
+  kLineStrip,
+  kTriangleList,
+  kTriangleStrip,
+  kTriangleFan
+};
+
+// A primitive's arrays, before they are placed in the scene.
+struct Arrays {
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;                        // empty or one a vertex
+  std::vector<std::array<std::uint8_t, 4>> colors;  // empty or one a vertex
+  std::vector<std::uint32_t> indices;
+};
+
+// The placing of an instance: points, normals, and whether it mirrors.
+struct Placing {
+  bool identity = true;
+  Mat3 linear = Mat3::Identity();
+  Mat3 for_normals = Mat3::Identity();
+  Vec3 move = Vec3::Zero();
+  bool mirrors = false, flat = false;
+
+  explicit Placing(const NodeMatrix& m) {
+    identity = m == kIdentity;
+    if (identity) return;
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r < 3; ++r) linear(r, c) = m[static_cast<std::size_t>(4 * c + r)];
+      move[c] = m[static_cast<std::size_t>(12 + c)];
+    }
+    const double volume = linear.determinant();
+    mirrors = volume < 0;
+    flat = volume == 0 || !std::isfinite(volume);
+    if (!flat) for_normals = linear.inverse().transpose();
+  }
+
+  [[nodiscard]] Vec3 point(const Vec3& p) const { return identity ? p : Vec3(linear * p + move); }
+  [[nodiscard]] Vec3 normal(const Vec3& n) const {
+    return identity ? n : Vec3((for_normals * n).normalized());
+  }
+};
+
+class Reader {
+ public:
+  Reader(const GltfModel& model, const ReadOptions& options, Diagnostics& diagnostics,
+         std::size_t file_bytes)
+      : model_(model),
+        options_(options),
+        diagnostics_(diagnostics),
+        accessors_(model),
+        weld_(mesh_, options.weld) {
+    std::size_t bytes = file_bytes;
+    for (const GltfBuffer& buffer : model.buffers) bytes += buffer.owned.size();
+    most_items_ = kItemsOfAny + kItemsPerByte * bytes;
+  }
+
+  Result<TriangleMesh> run();
+
+ private:
+  using Indices = std::vector<std::uint32_t>;
+
+  [[nodiscard]] const tg::Primitive& file_primitive(const GltfInstance& at, std::size_t p) const {
+    return model_.file.meshes[static_cast<std::size_t>(at.mesh)].primitives[p];
+  }
+  [[nodiscard]] const GltfPrimitiveExtras& extras(const GltfInstance& at, std::size_t p) const {
+    return model_.primitives[static_cast<std::size_t>(at.mesh)][p];
+  }
+  void warn(const std::string& text) { ++warnings_[text]; }
+  void tell_warnings();
+  Error wrong(const std::string& what) const {
+    return Error{ErrorCode::kInput, place_ + what, Place{options_.file_name}};
+  }
+
+  Status count_items(const GltfScene& scene);
+  void prepare_elements();
+  std::uint32_t element_for(const GltfScene& scene, const GltfInstance& at, std::size_t p);
+  std::string fresh_name(std::string name);
+  Result<Arrays> arrays(const GltfInstance& at, std::size_t p);
+  Status decompress(const tg::Primitive& primitive, const GltfDraco& draco,
+                    std::map<std::string, std::vector<std::byte>>& attributes, Indices& indices);
+  Status set_attributes(const tg::Primitive& primitive,
+                        std::map<std::string, std::vector<std::byte>>& decoded, Arrays& out);
+  void check_bounds(const tg::Accessor& accessor, bool packed, const std::vector<Vec3>& positions);
+  Status check_indices(const Arrays& arrays) const;
+  Status add_primitive(const GltfScene& scene, const GltfInstance& at, std::size_t p);
+  Result<Indices> place_vertices(const Arrays& arrays, const Placing& placing, const Vec3& offset);
+  void add_triangles(const Arrays& arrays, const Placing& placing, const Indices& vertex, int mode,
+                     std::uint32_t element);
+  void add_lines(const Arrays& arrays, const Indices& vertex, int mode,
+                 const std::vector<GltfCurve>& curves);
+  void add_segments(const Indices& points);
+
+  const GltfModel& model_;
+  const ReadOptions& options_;
+  Diagnostics& diagnostics_;
+  GltfAccessors accessors_;
+  TriangleMesh mesh_;
+  GltfWeld weld_;
+  std::size_t most_items_ = 0;
+  bool any_normals_ = false;
+  std::vector<int> element_of_material_;  // of our own materials, else -1
+  std::set<std::string> names_;
+  std::map<std::string, std::size_t> warnings_;
+  std::string place_;  // "meshes[0].primitives[2] ", for messages
+};
+
+void Reader::tell_warnings() {
+  for (const auto& [text, count] : warnings_) {
+    diagnostics_.warning(count > 1 ? std::to_string(count) + " times: " + text : text,
+                         Place{options_.file_name});
+  }
+}
+
+// Adds up what the instances will need before anything is built, so that a few bytes cannot ask for
+// much.
+Status Reader::count_items(const GltfScene& scene) {
+  std::size_t vertices = 0, triangles = 0;
+  for (const GltfInstance& at : scene.instances) {
+    const auto& primitives = model_.file.meshes[static_cast<std::size_t>(at.mesh)].primitives;
+    for (const tg::Primitive& primitive : primitives) {
+      const auto position = primitive.attributes.find("POSITION");
+      if (position == primitive.attributes.end()) continue;
+      const std::size_t points =
+          model_.file.accessors[static_cast<std::size_t>(position->second)].count;
+      const std::size_t indices =
+          primitive.indices < 0
+              ? points
+              : model_.file.accessors[static_cast<std::size_t>(primitive.indices)].count;
+      vertices += points;
+      if (primitive.mode >= kTriangleList) {
+        triangles += primitive.mode == kTriangleList ? indices / 3 : indices;
+      } else {
+        triangles += indices / 3;  // lines, at what they cost
+      }
+      if (primitive.attributes.contains("NORMAL") && primitive.mode >= kTriangleList) {
+        any_normals_ = true;
+      }
+    }
+    if (triangles > options_.max_triangles) {
+      return Error{ErrorCode::kLimit,
+                   "the scene has more than the " + std::to_string(options_.max_triangles) +
+                       " triangles that are read",
+                   Place{options_.file_name}};
+    }
+    if (std::max(vertices, triangles) > most_items_) {
+      return Error{ErrorCode::kLimit,
+                   "the scene claims more than the " + std::to_string(most_items_) +
+                       " vertices or triangles that a file of its size may hold",
+                   Place{options_.file_name}};
+    }
+  }
+  // Positions, normals, triangles and what is kept beside them while reading.
+  if (vertices * 128 + triangles * 48 > options_.max_memory) {
+    return Error{ErrorCode::kLimit, "the scene needs more memory than allowed",
+                 Place{options_.file_name}};
+  }
+  return ok();
+}
+
+// Our own materials are the elements, in their order, whether a primitive uses them or not.
+void Reader::prepare_elements() {
+  element_of_material_.assign(model_.materials.size(), -1);
+  for (std::size_t m = 0; m < model_.materials.size(); ++m) {
+    const GltfMaterialExtras& material = model_.materials[m];
+    if (!material.ours) continue;
+    MeshElement element;
+    element.name = model_.file.materials[m].name;
+    element.solid = material.solid;
+    if (material.colored && !material.palette) {
+      const auto& factor = model_.file.materials[m].pbrMetallicRoughness.baseColorFactor;
+      element.color = srgb_of({factor[0], factor[1], factor[2], factor[3]});
+    }
+    names_.insert(element.name);
+    element_of_material_[m] = static_cast<int>(mesh_.elements.size());
+    mesh_.elements.push_back(std::move(element));
+  }
+}
+
+std::string Reader::fresh_name(std::string name) {
+  std::string unique = name;
+  for (int i = 2; !names_.insert(unique).second; ++i) unique = name + '#' + std::to_string(i);
+  return unique;
+}
+
+std::uint32_t Reader::element_for(const GltfScene& scene, const GltfInstance& at, std::size_t p) {
+  const tg::Primitive& primitive = file_primitive(at, p);
+  const bool has_material = primitive.material >= 0;
+  const std::size_t material = has_material ? static_cast<std::size_t>(primitive.material) : 0;
+  if (has_material && element_of_material_[material] >= 0) {
+    return static_cast<std::uint32_t>(element_of_material_[material]);
+  }
+  // What our writer leaves without a material belongs to a mesh without elements.
+  if (scene.ours && !has_material && mesh_.elements.empty()) return MeshCurve::kNoElement;
+  MeshElement element;
+  const tg::Mesh& mesh = model_.file.meshes[static_cast<std::size_t>(at.mesh)];
+  element.name = model_.file.nodes[static_cast<std::size_t>(at.node)].name;
+  if (element.name.empty()) element.name = mesh.name;
+  if (element.name.empty()) element.name = "mesh" + std::to_string(at.mesh);
+  if (has_material) {
+    const tg::Material& look = model_.file.materials[material];
+    element.solid = look.name;
+    if (model_.materials[material].colored) {
+      const auto& factor = look.pbrMetallicRoughness.baseColorFactor;
+      element.color = srgb_of({factor[0], factor[1], factor[2], factor[3]});
+    }
+  }
+  if (mesh.primitives.size() > 1) {
+    element.name += '.' + (element.solid.empty() ? std::to_string(p) : element.solid);
+  }
+  element.name = fresh_name(std::move(element.name));
+  mesh_.elements.push_back(std::move(element));
+  return static_cast<std::uint32_t>(mesh_.elements.size() - 1);
+}
+
+Status Reader::decompress(const tg::Primitive& primitive, const GltfDraco& draco,
+                          std::map<std::string, std::vector<std::byte>>& attributes,
+                          Indices& indices) {
+  if (primitive.mode != kTriangleList || primitive.indices < 0) {
+    return wrong("is compressed with Draco but is no indexed list of triangles");
+  }
+  const tg::Accessor& index = model_.file.accessors[static_cast<std::size_t>(primitive.indices)];
+  if (index.componentType == 5126) return wrong("has floats as indices");
+  const auto bytes = accessors_.view(draco.view);
+  if (!bytes) return bytes.error();
+  DracoLimits limits;
+  limits.triangles = index.count / 3;
+  limits.vertices = 3 * limits.triangles;
+  if (index.componentType == 5121) warn("indices of a Draco primitive declared as bytes");
+  std::vector<DracoRequest> requests;
+  std::vector<std::string> names;
+  for (const auto& [name, id] : draco.attributes) {
+    const auto used = primitive.attributes.find(name);
+    if (used == primitive.attributes.end()) {
+      return wrong("has a Draco attribute " + name.substr(0, 40) + " that it does not list");
+    }
+    if (name != "POSITION" && name != "NORMAL" && name != "COLOR_0") continue;
+    const tg::Accessor& accessor = model_.file.accessors[static_cast<std::size_t>(used->second)];
+    requests.push_back({id, accessor.componentType,
+                        tg::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type))});
+    names.push_back(name);
+  }
+  auto decoded = decode_draco(*bytes, limits, requests);
+  if (!decoded) {
+    return Error{decoded.error().code, place_ + decoded.error().message, Place{options_.file_name}};
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::size_t count =
+        model_.file.accessors[static_cast<std::size_t>(primitive.attributes.at(names[i]))].count;
+    if (decoded->vertex_count != count) {
+      warn("a Draco primitive with another number of vertices than its accessors say");
+    }
+    attributes[names[i]] = std::move(decoded->attributes[i]);
+  }
+  indices.reserve(3 * decoded->triangles.size());
+  for (const auto& triangle : decoded->triangles) {
+    indices.insert(indices.end(), triangle.begin(), triangle.end());
+  }
+  return ok();
+}
+
+// Warns where the file's bounds are not those of the values. Draco moves values by a step of its
+// grid.
+void Reader::check_bounds(const tg::Accessor& accessor, bool packed,
+                          const std::vector<Vec3>& positions) {
+  if (accessor.minValues.size() != 3 || accessor.maxValues.size() != 3) {
+    warn("positions without their bounds");
+    return;
+  }
+  if (accessor.componentType != 5126) return;  // bounds are in stored units
+  Vec3 low = positions[0], high = positions[0];
+  for (const Vec3& p : positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double slack = packed ? 0.02 * (high - low).maxCoeff() : 0;
+  const auto differs = [slack](double told, double found) {
+    return !(std::abs(static_cast<double>(static_cast<float>(told)) - found) <= slack);
+  };
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t i = static_cast<std::size_t>(k);
+    if (differs(accessor.minValues[i], low[k]) || differs(accessor.maxValues[i], high[k])) {
+      warn("positions whose bounds in the file are not those of their values");
+      return;
+    }
+  }
+}
+
+Status Reader::set_attributes(const tg::Primitive& primitive,
+                              std::map<std::string, std::vector<std::byte>>& decoded, Arrays& out) {
+  for (const auto& [name, number] : primitive.attributes) {
+    const bool position = name == "POSITION", normal = name == "NORMAL", color = name == "COLOR_0";
+    if (!position && !normal && !color) {
+      if (!name.starts_with('_')) warn("an attribute that is not kept: " + name.substr(0, 40));
+      continue;
+    }
+    const tg::Accessor& accessor = model_.file.accessors[static_cast<std::size_t>(number)];
+    const bool vector =
+        accessor.type == TINYGLTF_TYPE_VEC3 || (color && accessor.type == TINYGLTF_TYPE_VEC4);
+    const bool type = accessor.componentType != 5125 &&
+                      (accessor.componentType == 5126 || position || accessor.normalized);
+    if (!vector || !type) return wrong("has a " + name + " of a type that it cannot be");
+    const auto found = decoded.find(name);
+    const bool packed = found != decoded.end();
+    auto values =
+        accessors_.values(number, packed ? std::move(found->second) : std::vector<std::byte>());
+    if (!values) return values.error();
+    if (position) {
+      out.positions = to_vectors(*values);
+      for (std::size_t i = 0; i < out.positions.size(); ++i) {
+        if (!out.positions[i].allFinite()) {
+          return wrong("has a position that is not finite, number " + std::to_string(i));
+        }
+      }
+      if (out.positions.empty()) return wrong("has no positions");
+      check_bounds(accessor, packed, out.positions);
+    } else if (normal) {
+      out.normals = to_vectors(*values);
+    } else {
+      const auto colors = to_colors(*values);
+      out.colors.resize(colors.size());
+      std::transform(colors.begin(), colors.end(), out.colors.begin(), srgb_of);
+    }
+  }
+  // The map is in the order of names: colours and normals come before positions.
+  if ((!out.normals.empty() && out.normals.size() != out.positions.size()) ||
+      (!out.colors.empty() && out.colors.size() != out.positions.size())) {
+    return wrong("has attributes of different lengths");
+  }
+  return ok();
+}
+
+Status Reader::check_indices(const Arrays& arrays) const {
+  const std::size_t count = arrays.positions.size();
+  for (std::size_t i = 0; i < arrays.indices.size(); ++i) {
+    if (arrays.indices[i] >= count) {
+      return wrong("has index " + std::to_string(arrays.indices[i]) + " at place " +
+                   std::to_string(i) + ", expected less than its " + std::to_string(count) +
+                   " vertices");
+    }
+  }
+  return ok();
+}
+
+Result<Arrays> Reader::arrays(const GltfInstance& at, std::size_t p) {
+  const tg::Primitive& primitive = file_primitive(at, p);
+  Arrays out;
+  std::map<std::string, std::vector<std::byte>> decoded;
+  const std::optional<GltfDraco>& draco = extras(at, p).draco;
+  if (draco) {
+    if (Status s = decompress(primitive, *draco, decoded, out.indices); !s) return s.error();
+  }
+  if (Status s = set_attributes(primitive, decoded, out); !s) return s.error();
+  if (!draco && primitive.indices >= 0) {
+    const auto values = accessors_.values(primitive.indices);
+    if (!values) return values.error();
+    auto indices = to_indices(*values);
+    if (!indices) return wrong(indices.error().message);
+    out.indices = std::move(*indices);
+  } else if (!draco) {
+    out.indices.resize(out.positions.size());
+    for (std::size_t i = 0; i < out.indices.size(); ++i) {
+      out.indices[i] = static_cast<std::uint32_t>(i);
+    }
+  }
+  if (Status s = check_indices(out); !s) return s.error();
+  return out;
+}
+
+Result<Reader::Indices> Reader::place_vertices(const Arrays& arrays, const Placing& placing,
+                                               const Vec3& offset) {
+  Indices vertex(arrays.positions.size());
+  for (std::size_t i = 0; i < vertex.size(); ++i) {
+    const Vec3 p = placing.point(arrays.positions[i]) + offset;
+    if (!p.allFinite()) {
+      return wrong("has a position that is not finite in the scene, number " + std::to_string(i));
+    }
+    if (p.cwiseAbs().maxCoeff() > options_.max_coordinate) {
+      warn("a position beyond " + std::to_string(static_cast<long long>(options_.max_coordinate)));
+    }
+    vertex[i] = weld_.vertex(p, arrays.colors.empty() ? nullptr : &arrays.colors[i]);
+  }
+  return vertex;
+}
+
+void Reader::add_triangles(const Arrays& arrays, const Placing& placing, const Indices& vertex,
+                           int mode, std::uint32_t element) {
+  const Indices& indices = arrays.indices;
+  const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
+    std::array<std::uint32_t, 3> corner{indices[a], indices[b], indices[c]};
+    if (mode == kTriangleStrip &&
+        (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0])) {
+      warn("a triangle without area that joins parts of a strip is left out");
+      return;
+    }
+    if (placing.mirrors) std::swap(corner[1], corner[2]);
+    const std::array<std::uint32_t, 3> triangle{vertex[corner[0]], vertex[corner[1]],
+                                                vertex[corner[2]]};
+    if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
+      warn("a triangle with two corners in one point");
+    }
+    mesh_.triangles.push_back(triangle);
+    mesh_.triangle_element.push_back(element);
+    if (!any_normals_) return;
+    std::array<std::uint32_t, 3> normals{};
+    Vec3 flat = Vec3::UnitZ();
+    if (arrays.normals.empty()) {
+      // Without normals a primitive is shaded flat (glTF 2.0, section 3.7.2.1).
+      const Vec3& o = mesh_.positions[triangle[0]];
+      const Vec3 n = (mesh_.positions[triangle[1]] - o).cross(mesh_.positions[triangle[2]] - o);
+      if (n.norm() > 0) flat = n.normalized();
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3 n = arrays.normals.empty() ? flat : placing.normal(arrays.normals[corner[k]]);
+      if (!n.allFinite()) n = Vec3::UnitZ();
+      normals[k] = weld_.normal(triangle[k], n);
+    }
+    mesh_.corner_normals.push_back(normals);
+  };
+  const std::size_t count = indices.size();
+  if (mode == kTriangleList) {
+    if (count % 3 != 0) warn("a list of triangles with a corner or two too many");
+    for (std::size_t i = 0; i + 2 < count; i += 3) add(i, i + 1, i + 2);
+  } else {
+    if (count < 3) warn("a strip or fan of less than three corners");
+    for (std::size_t i = 0; i + 2 < count; ++i) {
+      if (mode == kTriangleFan) {
+        add(0, i + 1, i + 2);
+      } else {
+        add(i, i + 1 + i % 2, i + 2 - i % 2);
+      }
+    }
+  }
+}
+
+// Pairs of points; those that go on where the last ended make one curve.
+void Reader::add_segments(const Indices& points) {
+  MeshCurve curve;
+  const auto finish = [&] {
+    if (curve.vertices.size() > 3 && curve.vertices.front() == curve.vertices.back()) {
+      curve.vertices.pop_back();
+      curve.closed = true;
+    }
+    if (curve.vertices.size() > 1) mesh_.curves.push_back(curve);
+    curve = MeshCurve{};
+  };
+  for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
+    if (curve.vertices.empty() || curve.vertices.back() != points[i]) {
+      finish();
+      curve.vertices.push_back(points[i]);
+    }
+    curve.vertices.push_back(points[i + 1]);
+  }
+  finish();
+}
+
+void Reader::add_lines(const Arrays& arrays, const Indices& vertex, int mode,
+                       const std::vector<GltfCurve>& curves) {
+  Indices points(arrays.indices.size());
+  std::transform(arrays.indices.begin(), arrays.indices.end(), points.begin(),
+                 [&vertex](std::uint32_t index) { return vertex[index]; });
+  std::size_t told = 0;
+  for (const GltfCurve& curve : curves) {
+    told = curve.vertices <= vertex.size() - told ? told + curve.vertices : vertex.size() + 1;
+    if (told > vertex.size()) break;
+  }
+  if (!curves.empty() && told == vertex.size()) {
+    std::size_t at = 0;
+    for (const GltfCurve& from : curves) {
+      MeshCurve curve;
+      curve.kind = from.kind;
+      curve.closed = from.closed;
+      curve.name = from.name;
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (from.between[k] < mesh_.elements.size()) curve.between[k] = from.between[k];
+      }
+      const auto begin = vertex.begin() + static_cast<std::ptrdiff_t>(at);
+      curve.vertices.assign(begin, begin + static_cast<std::ptrdiff_t>(from.vertices));
+      at += from.vertices;
+      mesh_.curves.push_back(std::move(curve));
+    }
+    return;
+  }
+  if (mode == kLineList) {
+    if (points.size() % 2 != 0) warn("a list of lines with an end too many");
+    add_segments(points);
+    return;
+  }
+  MeshCurve curve;
+  curve.closed = mode == kLineLoop && points.size() > 2;
+  curve.vertices = std::move(points);
+  if (curve.vertices.size() > 1) mesh_.curves.push_back(std::move(curve));
+}
+
+Status Reader::add_primitive(const GltfScene& scene, const GltfInstance& at, std::size_t p) {
+  place_ = "meshes[" + std::to_string(at.mesh) + "].primitives[" + std::to_string(p) + "] ";
+  const tg::Primitive& primitive = file_primitive(at, p);
+  if (!primitive.attributes.contains("POSITION")) {
+    warn("a primitive without positions is left out");
+    return ok();
+  }
+  if (primitive.mode == kPoints) {
+    warn("a primitive of points is left out");
+    return ok();
+  }
+  auto loaded = arrays(at, p);
+  if (!loaded) return loaded.error();
+  const Placing placing(at.matrix);
+  if (placing.flat) warn("a node whose matrix makes its mesh flat");
+  const auto vertex = place_vertices(*loaded, placing, scene.frame.offset);
+  if (!vertex) return vertex.error();
+  if (primitive.mode < kTriangleList) {
+    add_lines(*loaded, *vertex, primitive.mode, extras(at, p).curves);
+  } else {
+    add_triangles(*loaded, placing, *vertex, primitive.mode, element_for(scene, at, p));
+  }
+  return ok();
+}
+
+Result<TriangleMesh> Reader::run() {
+  const GltfScene scene = scene_of(model_, options_.file_name, diagnostics_);
+  if (Status s = count_items(scene); !s) return s.error();
+  mesh_.name = scene.name;
+  mesh_.unit = scene.frame.unit;
+  mesh_.up = scene.frame.up;
+  prepare_elements();
+  for (const GltfInstance& at : scene.instances) {
+    if (!scene.ours) weld_.next_group();
+    const std::size_t count =
+        model_.file.meshes[static_cast<std::size_t>(at.mesh)].primitives.size();
+    for (std::size_t p = 0; p < count; ++p) {
+      if (Status s = add_primitive(scene, at, p); !s) return s.error();
+    }
+  }
+  if (mesh_.triangles.empty() && mesh_.curves.empty()) warn("the scene holds no triangles");
+  if (mesh_.elements.empty()) {
+    mesh_.triangle_element.clear();
+  } else {
+    // Triangles without an element beside others that have one.
+    for (std::uint32_t& element : mesh_.triangle_element) {
+      if (element != MeshCurve::kNoElement) continue;
+      element = static_cast<std::uint32_t>(mesh_.elements.size());
+    }
+    const auto beyond = std::find(mesh_.triangle_element.begin(), mesh_.triangle_element.end(),
+                                  mesh_.elements.size());
+    if (beyond != mesh_.triangle_element.end()) {
+      mesh_.elements.push_back({fresh_name("unnamed"), "", {}});
+    }
+  }
+  if (!mesh_.vertex_colors.empty()) {
+    mesh_.vertex_colors.resize(mesh_.positions.size(), {255, 255, 255, 255});
+  }
+  tell_warnings();
+  return std::move(mesh_);
+}
+
+}  // namespace
+
+Result<TriangleMesh> read_gltf(std::span<const std::byte> bytes, const ReadOptions& options,
+                               Diagnostics& diagnostics) {
+  try {
+    const auto model = load_gltf(bytes, options, diagnostics);
+    if (!model) return model.error();
+    auto mesh = Reader(*model, options, diagnostics, bytes.size()).run();
+    if (!mesh && mesh.error().where.file.empty()) mesh.error().where.file = options.file_name;
+    return mesh;
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kLimit, "not enough memory", Place{options.file_name}};
+  } catch (const std::length_error&) {
+    return Error{ErrorCode::kLimit, "more than memory can hold", Place{options.file_name}};
+  }
+}
+
+}  // namespace diesink
