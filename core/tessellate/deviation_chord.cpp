@@ -16,12 +16,14 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 // Forms along a chord below this, relative to the form itself, are those of a ruling.
 constexpr double kStraight = 1e-12;
 
+// Second derivatives that are not constant are bounded this far about the chord, of its length.
+constexpr double kMargin = 0.1;
+
 // One of the two surfaces about the middle of the chord, scaled so that its gradient there is 1.
 struct Sheet {
   Vec3 gradient = Vec3::Zero();
   double residual = 0;  // largest |F| at the ends
   double along = 0;     // e'F''e, e the chord's direction
-  double lean = 0;      // |F''e|
   double across = 0;    // |F''e| across the chord
   double norm = 0;      // |F''|
   double spread = 0;    // of F''
@@ -33,13 +35,12 @@ struct Sheet {
     f.form(m, gradient);
     const double steep = gradient.norm();
     if (!(steep > 0) || !std::isfinite(residual)) return false;
-    const HessianBound h = f.hessian(m, 0.55 * length);
+    const HessianBound h = f.hessian(a, b, kMargin * length);
     if (!std::isfinite(h.spread)) return false;
     const Vec3 he = h.middle * e;
     gradient /= steep;
     residual /= steep;
     along = e.dot(he) / steep;
-    lean = he.norm() / steep;
     across = (he - e * e.dot(he)).norm() / steep;
     norm = h.middle.norm() / steep;
     spread = h.spread / steep;
@@ -50,11 +51,11 @@ struct Sheet {
     return across * reach + norm * width + spread * (reach + width);
   }
   [[nodiscard]] double along_change(double reach, double width) const {
-    return std::fabs(along) * reach + lean * width + spread * (reach + width);
+    return std::fabs(along) * reach + across * width + spread * (reach + width);
   }
-  // |t'F''t - e'F''e| for t = e + d', |d'| <= slope.
+  // |t'F''t - e'F''e| for t = e + d', |d'| <= slope; d' is across the chord.
   [[nodiscard]] double form_change(double slope) const {
-    return 2 * lean * slope + norm * slope * slope + spread * (1 + slope) * (1 + slope);
+    return 2 * across * slope + norm * slope * slope + spread * (1 + slope * slope);
   }
 };
 
@@ -94,6 +95,7 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
   // A tube about the chord that the curve cannot leave on its way from either end to the middle.
   const double reach = 0.5 * length;
   const double middle_slope = solve(f.gradient.dot(e), g.gradient.dot(e));
+  const bool constant = f.spread == 0 && g.spread == 0;
   double width = 2 * off, slope = 0, loss = 0;
   bool held = false;
   for (int k = 0; k < 6 && !held; ++k) {
@@ -105,7 +107,7 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
     const double needed = slope * reach + 2 * off;
     held = needed <= width;
     if (!held) width = 1.25 * needed;
-    if (!(width < 0.22 * length)) return kInf;  // within the ball of the second derivatives
+    if (!(width < (constant ? 0.5 : kMargin) * length)) return kInf;
   }
   if (!held) return kInf;
 

@@ -100,25 +100,27 @@ double Implicit::evaluate(const Vec3& r, Vec3& gradient) const {
   return f / length;
 }
 
-HessianBound Implicit::hessian(const Vec3& r, double radius) const {
+HessianBound Implicit::hessian(const Vec3& a, const Vec3& b, double margin) const {
   HessianBound bound;
   if (kind == Kind::kQuadric) {
     bound.middle = 2 * frame.transpose() * k.asDiagonal() * frame;
   } else if (kind == Kind::kBase) {
-    const BaseBounds b =
-        base_bounds(*surface, {r.x() - radius, r.x() + radius, r.y() - radius, r.y() + radius});
+    const Vec3 low = a.cwiseMin(b), high = a.cwiseMax(b);
+    const BaseBounds b_over = base_bounds(
+        *surface, {low.x() - margin, high.x() + margin, low.y() - margin, high.y() + margin});
     const auto middle = [](const Range& range) { return 0.5 * (range.lo + range.hi); };
     const auto half = [](const Range& range) { return 0.5 * (range.hi - range.lo); };
-    if (b.coverage == Coverage::kOutside || !std::isfinite(half(b.zxx)) ||
-        !std::isfinite(half(b.zxy)) || !std::isfinite(half(b.zyy))) {
+    if (b_over.coverage == Coverage::kOutside || !std::isfinite(half(b_over.zxx)) ||
+        !std::isfinite(half(b_over.zxy)) || !std::isfinite(half(b_over.zyy))) {
       bound.spread = std::numeric_limits<double>::infinity();
       return bound;
     }
-    bound.middle(0, 0) = -middle(b.zxx);
-    bound.middle(0, 1) = bound.middle(1, 0) = -middle(b.zxy);
-    bound.middle(1, 1) = -middle(b.zyy);
-    bound.spread = std::sqrt(half(b.zxx) * half(b.zxx) + 2 * half(b.zxy) * half(b.zxy) +
-                             half(b.zyy) * half(b.zyy));
+    bound.middle(0, 0) = -middle(b_over.zxx);
+    bound.middle(0, 1) = bound.middle(1, 0) = -middle(b_over.zxy);
+    bound.middle(1, 1) = -middle(b_over.zyy);
+    bound.spread =
+        std::sqrt(half(b_over.zxx) * half(b_over.zxx) + 2 * half(b_over.zxy) * half(b_over.zxy) +
+                  half(b_over.zyy) * half(b_over.zyy));
   }
   return bound;
 }

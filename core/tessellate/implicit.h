@@ -56,8 +56,9 @@ struct Implicit {
     return gradient;
   }
 
-  // Second derivatives of F over the ball about r.
-  [[nodiscard]] HessianBound hessian(const Vec3& r, double radius) const;
+  // Second derivatives of F over all points whose coordinates are within `margin` of one of the
+  // chord a-b.
+  [[nodiscard]] HessianBound hessian(const Vec3& a, const Vec3& b, double margin) const;
 };
 
 // The whole plane or quadric that a face is part of. Positive outside the body.
