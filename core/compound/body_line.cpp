@@ -142,6 +142,13 @@ void BodyLine::prepare(const QuadricBody& body) {
     if (body.shape == QuadricShape::kCone)
       s.disc_slack = std::fmin(s.disc_slack, slack_ * slack_ * norm * norm * reach);
   }
+  if (body.shape == QuadricShape::kCone && rule_ == SideRule::kBetween) {
+    // Both roots lie on one nappe, and with them their middle: the body's own is where that is not
+    // beyond the apex. A line behind the apex meets the mirrored nappe alone.
+    const double hx = a.x() - a.z() * s.bx / s.q2, hy = a.y() - a.z() * s.by / s.q2;
+    const double length = std::hypot(hx, hy);
+    if (length > 0) halves_.push_back({hx / length, hy / length, 0, kFaceSide});
+  }
   if (body.shape == QuadricShape::kEllipsoid) return;
 
   // Caps: planes a·(r - p) = 0 and = C.

@@ -42,7 +42,8 @@ enum class SideRule : std::uint8_t {
   kColumn,      // upright cylinder: inside everywhere or nowhere
 };
 
-// Half-space a x + b y + c <= slack in plan: faces that stand upright.
+// Half-space a x + b y + c <= slack in plan: faces that stand upright, and the line through a
+// cone's apex that keeps its mirrored nappe out.
 struct PlanHalf {
   double a = 0, b = 0, c = 0;
   std::uint8_t face = 0;

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/base/plane.h"
+#include "tests/support/brute_force.h"
 
 namespace diesink {
 namespace {
@@ -28,88 +29,6 @@ FergusonBase random_grid(int m, int n, double warp, double angle, std::uint32_t 
   }
   return base;
 }
-
-// The same surface by the geometric matrix form, with slopes from a dense solution of the spline
-// equations.
-class PlainFerguson {
- public:
-  explicit PlainFerguson(const FergusonBase& base) : base_(base) {
-    const int m = base.columns, n = base.rows;
-    ru_.resize(base.points.size());
-    rv_.resize(base.points.size());
-    for (int j = 0; j < n; ++j) {
-      std::vector<Vec3> p;
-      for (int i = 0; i < m; ++i) p.push_back(base.points[at(i, j)]);
-      const std::vector<Vec3> d = slopes(p);
-      for (int i = 0; i < m; ++i) ru_[at(i, j)] = d[static_cast<std::size_t>(i)];
-    }
-    for (int i = 0; i < m; ++i) {
-      std::vector<Vec3> p;
-      for (int j = 0; j < n; ++j) p.push_back(base.points[at(i, j)]);
-      const std::vector<Vec3> d = slopes(p);
-      for (int j = 0; j < n; ++j) rv_[at(i, j)] = d[static_cast<std::size_t>(j)];
-    }
-  }
-
-  [[nodiscard]] Vec3 point(double u, double v) const {
-    const int i = std::min(static_cast<int>(u), base_.columns - 2),
-              j = std::min(static_cast<int>(v), base_.rows - 2);
-    const double s = u - i, t = v - j;
-    const auto f = [](int k, double w) {
-      switch (k) {
-        case 0:
-          return (1 + 2 * w) * (1 - w) * (1 - w);
-        case 1:
-          return w * w * (3 - 2 * w);
-        case 2:
-          return w * (1 - w) * (1 - w);
-        default:
-          return w * w * (w - 1);
-      }
-    };
-    Vec3 sum = Vec3::Zero();
-    for (int a = 0; a < 2; ++a) {
-      for (int b = 0; b < 2; ++b) {
-        const std::size_t k = at(i + a, j + b);
-        sum += f(a, s) * f(b, t) * base_.points[k] + f(a + 2, s) * f(b, t) * ru_[k] +
-               f(a, s) * f(b + 2, t) * rv_[k];
-      }
-    }
-    return sum;
-  }
-
- private:
-  [[nodiscard]] std::size_t at(int i, int j) const {
-    return static_cast<std::size_t>(j * base_.columns + i);
-  }
-
-  // Gauss-Jordan on the full matrix of the natural spline.
-  static std::vector<Vec3> slopes(const std::vector<Vec3>& p) {
-    const std::size_t n = p.size();
-    std::vector<std::vector<double>> a(n, std::vector<double>(n, 0));
-    std::vector<Vec3> b(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const bool first = i == 0, last = i + 1 == n;
-      a[i][i] = first || last ? 2 : 4;
-      if (!first) a[i][i - 1] = 1;
-      if (!last) a[i][i + 1] = 1;
-      b[i] = 3 * (p[last ? i : i + 1] - p[first ? i : i - 1]);
-    }
-    for (std::size_t c = 0; c < n; ++c) {
-      for (std::size_t r = 0; r < n; ++r) {
-        if (r == c) continue;
-        const double k = a[r][c] / a[c][c];
-        for (std::size_t x = 0; x < n; ++x) a[r][x] -= k * a[c][x];
-        b[r] -= k * b[c];
-      }
-    }
-    for (std::size_t i = 0; i < n; ++i) b[i] /= a[i][i];
-    return b;
-  }
-
-  FergusonBase base_;
-  std::vector<Vec3> ru_, rv_;
-};
 
 struct Shape {
   int m, n;
@@ -135,7 +54,7 @@ class Ferguson : public testing::TestWithParam<Shape> {
 };
 
 TEST_P(Ferguson, MeetsThePlainSurface) {
-  const PlainFerguson plain(base_);
+  const test::PlainFerguson plain(base_);
   FergusonHint hint;
   for (int k = 0; k < 2000; ++k) {
     const double u = random() * (base_.columns - 1), v = random() * (base_.rows - 1);

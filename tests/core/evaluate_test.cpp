@@ -1,0 +1,112 @@
+// The compound surface at points, against an evaluator by main force that shares no code with it.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/compound/compound_surface.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/load_part.h"
+#include "tests/support/random_program.h"
+
+namespace diesink {
+namespace {
+
+struct Counts {
+  int points = 0, holes = 0, labels = 0, unsure = 0;
+};
+
+void compare_at(const CompoundSurface& surface, const test::BruteForce& brute, double x, double y,
+                Counts& counts) {
+  SCOPED_TRACE("x " + std::to_string(x) + " y " + std::to_string(y));
+  const test::BruteForce::Answer expected = brute.at(x, y);
+  const std::optional<CcDatum> datum = surface.at(x, y);
+  if (!expected.sure) {
+    ++counts.unsure;
+    return;
+  }
+  ASSERT_EQ(datum.has_value(), expected.value.defined);
+  if (!datum) {
+    ++counts.holes;
+    return;
+  }
+  ++counts.points;
+  // Beside a silhouette a height is known as well as its plan point is: the slope takes its part.
+  const double slope = std::hypot(datum->n.x(), datum->n.y()) / std::max(datum->n.z(), 1e-9);
+  const double bound = surface.size() * (1e-12 + 1e-15 * slope);
+  EXPECT_NEAR(static_cast<double>(datum->z - expected.value.z), 0, bound)
+      << "row " << datum->row << " slope " << slope;
+  EXPECT_NEAR(datum->n.norm(), 1, 1e-14);
+  EXPECT_GE(datum->n.z(), 0);
+  if (expected.margin > 1e-9 * surface.size() && expected.value.sure_face) {
+    ++counts.labels;
+    EXPECT_EQ(datum->row, expected.value.row);
+    EXPECT_EQ(datum->face, expected.value.face);
+    EXPECT_EQ(datum->surface, surface.surface_of_row(datum->row));
+  }
+}
+
+// The normal against differences of neighbouring heights on the same face.
+void compare_normal(const CompoundSurface& surface, double x, double y, int& compared) {
+  const double h = 1e-5 * surface.size();
+  const std::optional<CcDatum> d[] = {surface.at(x, y), surface.at(x - h, y), surface.at(x + h, y),
+                                      surface.at(x, y - h), surface.at(x, y + h)};
+  for (const std::optional<CcDatum>& one : d) {
+    if (!one || one->row != d[0]->row || one->face != d[0]->face) return;
+  }
+  if (d[0]->n.z() < 0.2) return;
+  ++compared;
+  const Vec3 n =
+      Vec3(-(d[2]->z - d[1]->z) / (2 * h), -(d[4]->z - d[3]->z) / (2 * h), 1).normalized();
+  EXPECT_LT((n - d[0]->n).norm(), 2e-4)
+      << "x " << x << " y " << y << " row " << d[0]->row << " face " << d[0]->face;
+}
+
+void compare(const CompoundSurface& surface, int points, std::uint64_t seed, Counts& counts,
+             int& normals) {
+  const test::BruteForce brute(surface.program());
+  const Machining& m = surface.program().machining;
+  test::Random random(seed);
+  for (int k = 0; k < points; ++k) {
+    const double x = random.uniform(m.x_range[0], m.x_range[1]),
+                 y = random.uniform(m.y_range[0], m.y_range[1]);
+    compare_at(surface, brute, x, y, counts);
+    compare_normal(surface, x, y, normals);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Evaluate, Fig6) {
+  Counts counts;
+  int normals = 0;
+  compare(test::fixture("fig6"), 6000, 1, counts, normals);
+  EXPECT_GT(counts.labels, 5900);
+  EXPECT_GT(normals, 5500);
+}
+
+TEST(Evaluate, EveryPrimitive) {
+  Counts counts;
+  int normals = 0;
+  compare(test::fixture("allprims"), 8000, 2, counts, normals);
+  EXPECT_GT(counts.labels, 7900);
+  EXPECT_GT(normals, 7000);
+}
+
+TEST(Evaluate, RandomPrograms) {
+  Counts counts;
+  int normals = 0;
+  for (std::uint64_t seed = 0; seed < 240; ++seed) {
+    test::RandomProgramOptions options;
+    options.solids = 2 + static_cast<int>(seed % 14);
+    const std::string text = test::random_part_program(seed, options);
+    compare(test::surface_of(text), 60, seed, counts, normals);
+    ASSERT_FALSE(HasFailure()) << text;
+  }
+  EXPECT_GT(counts.points, 9000);
+  EXPECT_GT(counts.holes, 500);
+  EXPECT_GT(counts.labels, 9000);
+  EXPECT_LT(counts.unsure, 300);
+}
+
+}  // namespace
+}  // namespace diesink
