@@ -257,6 +257,19 @@ TEST(Polyhedra, PlanarityAndConvexityHaveTheirLimit) {
       make("4-PRIS", 2, {{0, 0, 0}, {4, 0, 0}, {1, 1, 0}, {0, 4, 0}, length(1)});
   ASSERT_FALSE(arrow);
   EXPECT_NE(arrow.error().message.find("not convex"), std::string::npos);
+  // Every face planar and convex, and yet no convex body: the two rings cross in the line P1P3.
+  const Result<Body> crossed = make("4-PRIS", 1,
+                                    {{-1, 0, 0},
+                                     {0, -1, 0},
+                                     {1, 0, 0},
+                                     {0, 1, 0},
+                                     {-1, 0, 0},
+                                     {0, -1, -1},
+                                     {1, 0, 0},
+                                     {0, 1, 1}});
+  ASSERT_FALSE(crossed);
+  EXPECT_NE(crossed.error().message.find("not convex: P"), std::string::npos)
+      << crossed.error().message;
   const Result<Body> thin =
       make("4-PRIS", 2, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, length(1e-7)});
   ASSERT_FALSE(thin);
