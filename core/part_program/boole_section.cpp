@@ -50,6 +50,7 @@ class ExpressionReader {
   const Statement* last_ = nullptr;
   std::uint32_t last_column_ = 1;
   int rows_ = 0;
+  std::size_t undefined_ = 0;
   bool too_long_ = false;
 };
 
@@ -167,10 +168,12 @@ int ExpressionReader::surface_of(const Statement& s, std::uint32_t column, const
   const auto found = names_.surface.find(id);
   if (found != names_.surface.end()) return found->second;
   if (names_.declared.find(id) == names_.declared.end()) {
-    // Short names such as S1 and S9 are all near each other; only longer ones are misspelt.
-    report_.error(s, column,
-                  quoted(id) + " is not defined" +
-                      (id.size() > 2 ? suggestion(id, known_) : std::string()));
+    // Short names such as S1 and S9 are all near each other; only longer ones are misspelt. Beyond
+    // the messages that are shown the search through all names would only cost time.
+    const bool suggest = id.size() > 2 && ++undefined_ <= kMaxErrors;
+    report_.error(
+        s, column,
+        quoted(id) + " is not defined" + (suggest ? suggestion(id, known_) : std::string()));
   }
   return 0;
 }
