@@ -144,12 +144,17 @@ def main():
     parser.add_argument("count", type=int, nargs="?", default=400)
     parser.add_argument("--warp", action="store_true")
     parser.add_argument("-o", "--output", help="file to write (default: standard output)")
+    parser.add_argument("--compare", help="write nothing; fail unless this file is what would be written")
     options = parser.parse_args()
     if not 1 <= options.count <= 10000:
         parser.error("N is 1 to 10000")
     lines = pockets() if options.part == "pockets" else solids(options.count, options.warp)
     text = "\n".join(lines) + "\n"
-    if options.output:
+    if options.compare:
+        with open(options.compare, encoding="ascii", newline="") as file:
+            if file.read() != text:
+                sys.exit("%s is not what this script writes" % options.compare)
+    elif options.output:
         with open(options.output, "w", encoding="ascii", newline="\n") as file:
             file.write(text)
     else:

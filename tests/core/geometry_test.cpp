@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/part_program/part_program.h"
+#include "tests/support/load_part.h"
 #include "tests/support/random_program.h"
 
 namespace diesink {
@@ -57,11 +57,8 @@ Vec3 surface_point(const QuadricBody& q, double t, double angle) {
 TEST(Geometry, BoxesEncloseAndTouch) {
   int seen = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    Diagnostics diagnostics;
-    const std::optional<PartProgram> program =
-        parse_part_program(test::random_part_program(seed), "random.part", diagnostics);
-    ASSERT_TRUE(program);
-    for (const Solid& solid : program->solids) {
+    const PartProgram program = test::program_of(test::random_part_program(seed));
+    for (const Solid& solid : program.solids) {
       const std::array<Vec3, 2> box = bounds_of(solid.body);
       const double size = (box[1] - box[0]).norm();
       Vec3 low = Vec3::Constant(INFINITY), high = -low;
@@ -94,16 +91,13 @@ TEST(Geometry, BoxesEncloseAndTouch) {
 }
 
 TEST(Geometry, BoxesOfUprightBodiesAreExact) {
-  Diagnostics diagnostics;
-  const std::optional<PartProgram> program = parse_part_program(
+  const PartProgram program = test::program_of(
       "SOLID-DEF\nK,R-CYLI,2\nP1,20,20,-1\nNOR,0,0,1\nRAD,15\nLEN,6\nC,R-CONE,1\nP1,1,2,9\nP2,1,2,"
       "4\nRAD,3\n"
       "S,SPHER\nP1,.1,.2,.3\nRAD,.5\nM,PARAB,2\nP1,0,0,1\nNOR,0,0,2\nFOC,1\nLEN,4\n"
-      "BOOLE-DEF\nK+C+S+M\n",
-      "x.part", diagnostics);
-  ASSERT_TRUE(program);
+      "BOOLE-DEF\nK+C+S+M\n");
   const auto expect_box = [&](std::size_t solid, const Vec3& low, const Vec3& high) {
-    const std::array<Vec3, 2> box = bounds_of(program->solids[solid].body);
+    const std::array<Vec3, 2> box = bounds_of(program.solids[solid].body);
     EXPECT_EQ(box[0], low);
     EXPECT_EQ(box[1], high);
   };

@@ -8,10 +8,10 @@
 #include <map>
 #include <set>
 
-#include "core/part_program/part_program.h"
 #include "core/solids/frame.h"
 #include "core/solids/kinds.h"
 #include "core/solids/polyhedron.h"
+#include "tests/support/load_part.h"
 #include "tests/support/random_program.h"
 
 namespace diesink {
@@ -123,11 +123,8 @@ TEST(Kinds, TableIsConsistent) {
 TEST(Polyhedra, RandomOnesAreProper) {
   int seen = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    Diagnostics diagnostics;
-    const std::optional<PartProgram> program =
-        parse_part_program(test::random_part_program(seed), "random.part", diagnostics);
-    ASSERT_TRUE(program);
-    for (const Solid& solid : program->solids) {
+    const PartProgram program = test::program_of(test::random_part_program(seed));
+    for (const Solid& solid : program.solids) {
       const Polyhedron* body = std::get_if<Polyhedron>(&solid.body);
       if (body == nullptr) continue;
       ++seen;
