@@ -1,5 +1,5 @@
-// The plain exchange struct of CL-data: what planners make and APT, G-code and CSV writers and readers carry.
-// SPDX-License-Identifier: Apache-2.0
+// The plain exchange struct of CL-data: what planners make and APT, G-code and CSV writers and
+// readers carry. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,10 @@ struct ClPoint {
   Vec3 tip = Vec3::Zero();
   Motion motion = Motion::kFeed;
 };
+
+// The part of the smaller of two tolerances that a planned path leaves to the controller, which may
+// round corners off by that much (G64 P).
+inline constexpr double kBlendPart = 0.1;
 
 // Units: lengths in `unit`, feed in `unit` a minute, spindle in turns a minute.
 struct ToolPath {

@@ -178,8 +178,10 @@ Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
   const Result<CutterShape> real = CutterShape::make(options.cutter);
   if (!real) return real.error();
   const double chord = (options.intol + options.outtol) / 64;
-  // What the two tolerances leave once mesh and chords have had theirs.
-  const double inside = options.intol - deviation - chord, outside = options.outtol - deviation;
+  // What the two tolerances leave once mesh, chords and controller have had theirs.
+  const double blend = kBlendPart * std::fmin(options.intol, options.outtol);
+  const double inside = options.intol - deviation - chord - blend;
+  const double outside = options.outtol - deviation - blend;
   if (!(inside + outside > 0)) {
     return input_error(
         "the tolerances are too small for the mesh under the path, which deviates by " +
@@ -259,8 +261,8 @@ Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
   planned.path.outtol = options.outtol;
   planned.path.clearance = clearance;
   planned.report.mesh_deviation = deviation;
-  planned.report.overcut_bound = below - grow + chord + deviation;
-  planned.report.undercut_bound = above + grow + deviation;
+  planned.report.overcut_bound = below - grow + chord + deviation + blend;
+  planned.report.undercut_bound = above + grow + deviation + blend;
   measure(planned.path, planned.report);
   return planned;
 }

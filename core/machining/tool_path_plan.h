@@ -53,7 +53,7 @@ struct PathReport {
 };
 
 // A cutter contact point and the unit normal there.
-struct CcPoint {
+struct CcContact {
   Vec3 p = Vec3::Zero();
   Vec3 n = Vec3::UnitZ();
 };
@@ -61,7 +61,7 @@ struct CcPoint {
 struct PlannedPath {
   ToolPath path;
   PathReport report;
-  std::vector<std::vector<CcPoint>> cc_passes;  // method cc: the CC-data of each pass
+  std::vector<std::vector<CcContact>> cc_passes;  // method cc: the CC-data of each pass
 };
 
 // Plans the finishing path over the program's domain. The cutter's centre stays in the domain;

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/path_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "formats/path_formats.h"
+#include "formats/path_text.h"
+
+namespace diesink {
+namespace {
+
+bool ends_in(std::string_view name, std::string_view ending) {
+  if (name.size() <= ending.size()) return false;
+  const std::string tail = upper_case(name.substr(name.size() - ending.size()));
+  return tail == upper_case(ending);
+}
+
+// A first line that can only be one format.
+std::optional<PathFormat> format_of_line(std::string_view line) {
+  const std::string upper = upper_case(line);
+  const auto begins = [&](std::string_view word) {
+    return upper.compare(0, word.size(), word) == 0;
+  };
+  if (begins("X,Y,Z")) return PathFormat::kCsv;
+  for (const std::string_view word :
+       {"PARTNO", "$$",         "UNITS",  "MACHIN", "MULTAX", "TOOL PATH", "PPRINT",
+        "CUTTER", "LOADTL",     "INTOL",  "GOTO",   "FROM",   "SPINDL",    "FEDRAT",
+        "LOAD/",  "CATPROCESS", "TLDATA", "MSYS",   "RAPID",  "REMARK",    "CATMAT"}) {
+    if (begins(word)) return PathFormat::kApt;
+  }
+  if (upper[0] == '%' || upper[0] == '(' || upper[0] == ';') return PathFormat::kGcode;
+  if (upper.size() > 1 && std::string_view("GNOMTSF").find(upper[0]) != std::string_view::npos &&
+      ((upper[1] >= '0' && upper[1] <= '9') || upper[1] == ' ')) {
+    return PathFormat::kGcode;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<PathFormat> path_format_of_ending(std::string_view file_name) {
+  for (const std::string_view ending : {".apt", ".cls", ".ncl", ".aptsource", ".cldata"}) {
+    if (ends_in(file_name, ending)) return PathFormat::kApt;
+  }
+  for (const std::string_view ending : {".ngc", ".nc", ".gcode", ".tap"}) {
+    if (ends_in(file_name, ending)) return PathFormat::kGcode;
+  }
+  if (ends_in(file_name, ".csv")) return PathFormat::kCsv;
+  return std::nullopt;
+}
+
+std::optional<PathFormat> path_format_of_content(std::string_view text,
+                                                 std::string_view file_name) {
+  text = text_of(std::as_bytes(std::span(text)));
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    const std::string_view line = without_blanks(text.substr(0, std::min<std::size_t>(end, 200)));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (line.empty() || line == "\r" || line[0] == '#') continue;
+    if (const std::optional<PathFormat> format = format_of_line(line)) return format;
+    break;
+  }
+  return path_format_of_ending(file_name);
+}
+
+int path_decimals(const ToolPath& path) {
+  const double in = path.intol, out = path.outtol;
+  const double tolerance = in > 0 && out > 0 ? std::fmin(in, out) : std::fmax(in, out);
+  if (!(tolerance > 0)) return 6;
+  return std::clamp(static_cast<int>(std::ceil(3 - std::log10(tolerance) - 1e-9)), 3, 9);
+}
+
+double blend_tolerance(const ToolPath& path) {
+  return kBlendPart * std::fmax(0, std::fmin(path.intol, path.outtol));
+}
+
+Status write_path(const ToolPath& path, PathFormat format, const PathWriteOptions& options,
+                  ByteSink& sink) {
+  const bool cuts = std::any_of(path.points.begin(), path.points.end(),
+                                [](const ClPoint& p) { return p.motion == Motion::kFeed; });
+  if (!cuts || path.points.size() < 2) {
+    return Error{ErrorCode::kInput, "the tool path has no cutting move", {}};
+  }
+  ByteWriter out(sink);
+  switch (format) {
+    case PathFormat::kApt:
+      write_apt(path, options, out);
+      break;
+    case PathFormat::kGcode:
+      write_gcode(path, options, out);
+      break;
+    case PathFormat::kCsv:
+      write_path_csv(path, out);
+      break;
+  }
+  return out.finish();
+}
+
+std::optional<ToolPath> read_path(std::string_view text, const std::string& file_name,
+                                  PathFormat format, Diagnostics& diagnostics) {
+  text = text_of(std::as_bytes(std::span(text)));
+  ToolPath path;
+  const std::size_t errors = diagnostics.error_count();
+  switch (format) {
+    case PathFormat::kApt:
+      read_apt(text, file_name, path, diagnostics);
+      break;
+    case PathFormat::kGcode:
+      read_gcode(text, file_name, path, diagnostics);
+      break;
+    case PathFormat::kCsv:
+      read_path_csv(text, file_name, path, diagnostics);
+      break;
+  }
+  if (diagnostics.error_count() == errors && path.points.size() < 2) {
+    diagnostics.error("the file holds no tool path: expected at least two positions",
+                      {file_name, 0, 0, -1});
+  }
+  if (diagnostics.error_count() != errors) return std::nullopt;
+  return path;
+}
+
+}  // namespace diesink

@@ -1,0 +1,51 @@
+// Tool paths as files: APT CL-data, G-code and CSV, read and written.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/diagnostics.h"
+#include "core/tool_path.h"
+#include "formats/byte_sink.h"
+
+namespace diesink {
+
+enum class PathFormat : std::uint8_t { kApt, kGcode, kCsv };
+
+// The dialect of an APT file: the order of words in FEDRAT, SPINDL and the tool statement.
+enum class AptFlavour : std::uint8_t { kApt, kNx, kCatia, kCreo };
+
+struct PathWriteOptions {
+  std::string program_comment;  // "diesink 0.1.0"; never a date: the same path gives the same bytes
+  AptFlavour flavour = AptFlavour::kApt;
+};
+
+// By the ending: .apt .cls .ncl .aptsource, .ngc .nc .gcode .tap, .csv; nothing where unknown.
+std::optional<PathFormat> path_format_of_ending(std::string_view file_name);
+// By the first statement, then by the ending; nothing where neither tells.
+std::optional<PathFormat> path_format_of_content(std::string_view text, std::string_view file_name);
+
+// Writes a path. Numbers are fixed, with so many decimals that rounding stays below a thousandth of
+// the smaller tolerance; the locale does not matter. Errors: kInput for a path without a cutting
+// move; what the sink returns.
+Status write_path(const ToolPath& path, PathFormat format, const PathWriteOptions& options,
+                  ByteSink& sink);
+
+// Reads a path of any of the formats. Empty where there was an error; errors (at most 20) and
+// warnings with line and column. Never throws for bad data. What a statement changes that this
+// program does not model (arcs, tilted axes, variables) is an error, never passed over; words
+// without motion are. A path is in its file's unit; the cutter is the file's, where it states one.
+std::optional<ToolPath> read_path(std::string_view text, const std::string& file_name,
+                                  PathFormat format, Diagnostics& diagnostics);
+
+// Digits after the point that write_path uses.
+int path_decimals(const ToolPath& path);
+
+// How far a controller may round corners off (G64 P): the part of the smaller tolerance that
+// planned paths leave to it. 0 where it must not.
+double blend_tolerance(const ToolPath& path);
+
+}  // namespace diesink

@@ -1,0 +1,252 @@
+// Tool path files: what is written reads back, other programs' dialects are read, wrong ones are
+// told. SPDX-License-Identifier: Apache-2.0
+#include "formats/path_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <locale>
+#include <span>
+
+#include "tests/support/random_program.h"
+
+namespace diesink {
+namespace {
+
+ToolPath sample(LengthUnit unit = LengthUnit::kMillimetre) {
+  ToolPath path;
+  path.name =
+      "die (no 1) $ of a rather long name that goes on and on beyond the seventy-second column";
+  path.unit = unit;
+  path.cutter = Cutter{6, 3};
+  path.intol = 0.02;
+  path.outtol = 0.01;
+  path.feed = 800;
+  path.spindle = 12000;
+  path.clearance = 30;
+  path.points = {{{1, 2, 30}, Motion::kRapid},
+                 {{1, 2, -0.5}, Motion::kFeed},
+                 {{-1234.56789, 2, 1e-7}, Motion::kFeed},
+                 {{7, 8.25, 3}, Motion::kFeed},
+                 {{7, 8.25, 30}, Motion::kRapid},
+                 {{0, 0, 30}, Motion::kRapid},
+                 {{0, 0, 1}, Motion::kFeed},
+                 {{0, 0, 30}, Motion::kRapid}};
+  return path;
+}
+
+std::string text_of(const ToolPath& path, PathFormat format,
+                    AptFlavour flavour = AptFlavour::kApt) {
+  MemoryFiles files;
+  ByteSink* sink = files.file("").value();
+  PathWriteOptions options;
+  options.program_comment = "diesink 0.1.0";
+  options.flavour = flavour;
+  EXPECT_TRUE(write_path(path, format, options, *sink));
+  const std::vector<FileBytes> out = files.take();
+  return {reinterpret_cast<const char*>(out[0].bytes.data()), out[0].bytes.size()};
+}
+
+std::optional<ToolPath> read(const std::string& text, PathFormat format,
+                             std::string* messages = nullptr) {
+  Diagnostics diagnostics;
+  std::optional<ToolPath> path = read_path(text, "path.txt", format, diagnostics);
+  if (messages != nullptr) {
+    messages->clear();
+    for (const Diagnostic& d : diagnostics.all()) {
+      *messages += std::to_string(d.where.line) + ":" + std::to_string(d.where.column) + " " +
+                   d.message + "\n";
+    }
+  }
+  EXPECT_EQ(path.has_value(), !diagnostics.has_errors());
+  return path;
+}
+
+void expect_same(const ToolPath& a, const ToolPath& b, double within) {
+  ASSERT_EQ(a.points.size(), b.points.size());
+  for (std::size_t k = 0; k < a.points.size(); ++k) {
+    EXPECT_LE((a.points[k].tip - b.points[k].tip).cwiseAbs().maxCoeff(), within) << k;
+    EXPECT_EQ(a.points[k].motion, b.points[k].motion) << k;
+  }
+  EXPECT_EQ(a.unit, b.unit);
+  EXPECT_EQ(a.feed, b.feed);
+  EXPECT_EQ(a.spindle, b.spindle);
+  ASSERT_TRUE(b.cutter);
+  EXPECT_EQ(a.cutter->diameter, b.cutter->diameter);
+  EXPECT_EQ(a.cutter->corner_radius, b.cutter->corner_radius);
+  EXPECT_NEAR(a.intol, b.intol, 1e-9);
+  EXPECT_NEAR(a.outtol, b.outtol, 1e-9);
+}
+
+TEST(PathFile, EveryFormatReadsBack) {
+  for (const LengthUnit unit : {LengthUnit::kMillimetre, LengthUnit::kInch}) {
+    const ToolPath path = sample(unit);
+    const double rounding = 0.5 * std::pow(10, -path_decimals(path)) * (1 + 1e-6);
+    for (const AptFlavour flavour :
+         {AptFlavour::kApt, AptFlavour::kNx, AptFlavour::kCatia, AptFlavour::kCreo}) {
+      const std::string text = text_of(path, PathFormat::kApt, flavour);
+      const auto back = read(text, PathFormat::kApt);
+      ASSERT_TRUE(back);
+      expect_same(path, *back, rounding);
+      EXPECT_EQ(path_format_of_content(text, "x"), PathFormat::kApt);
+    }
+    const std::string ngc = text_of(path, PathFormat::kGcode);
+    const auto from_ngc = read(ngc, PathFormat::kGcode);
+    ASSERT_TRUE(from_ngc);
+    expect_same(path, *from_ngc, rounding);
+    EXPECT_EQ(path_format_of_content(ngc, "x"), PathFormat::kGcode);
+    const std::string csv = text_of(path, PathFormat::kCsv);
+    const auto from_csv = read(csv, PathFormat::kCsv);
+    ASSERT_TRUE(from_csv);
+    expect_same(path, *from_csv, 0);
+    EXPECT_EQ(path_format_of_content(csv, "x"), PathFormat::kCsv);
+  }
+}
+
+TEST(PathFile, RandomPathsReadBack) {
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    test::Random random(seed);
+    ToolPath path = sample();
+    path.intol = path.outtol = std::pow(10, random.uniform(-4, -1));
+    path.points.clear();
+    for (int k = 0; k < 200; ++k) {
+      const double scale = std::pow(10, random.uniform(-6, 4));
+      const Vec3 tip{random.uniform(-scale, scale), random.uniform(-scale, scale),
+                     random.uniform(-scale, scale)};
+      path.points.push_back({tip, k == 0 || random.chance(0.2) ? Motion::kRapid : Motion::kFeed});
+    }
+    for (const PathFormat format : {PathFormat::kApt, PathFormat::kGcode}) {
+      const auto back = read(text_of(path, format), format);
+      ASSERT_TRUE(back);
+      expect_same(path, *back, std::fmin(path.intol, path.outtol) / 1000);
+    }
+  }
+}
+
+TEST(PathFile, AptKeepsToItsCard) {
+  for (const AptFlavour flavour :
+       {AptFlavour::kApt, AptFlavour::kNx, AptFlavour::kCatia, AptFlavour::kCreo}) {
+    const std::string text = text_of(sample(), PathFormat::kApt, flavour);
+    std::size_t begin = 0;
+    while (begin < text.size()) {
+      const std::size_t end = text.find('\n', begin);
+      EXPECT_LE(end - begin, 72u) << text.substr(begin, end - begin);
+      begin = end + 1;
+    }
+    EXPECT_NE(text.find("RAPID\nGOTO/1.,2.,30.\n"), std::string::npos) << text;
+    EXPECT_EQ(text.find("e-"), std::string::npos);
+    EXPECT_EQ(text.substr(text.size() - 16), "SPINDL/OFF\nFINI\n");
+  }
+  EXPECT_NE(text_of(sample(), PathFormat::kApt).find("\nFEDRAT/800.,MMPM\n"), std::string::npos);
+  EXPECT_NE(text_of(sample(), PathFormat::kApt, AptFlavour::kNx).find("\nFEDRAT/MMPM,800.\n"),
+            std::string::npos);
+  EXPECT_NE(
+      text_of(sample(), PathFormat::kApt, AptFlavour::kCreo).find("\nSPINDL/RPM,12000.,CLW\n"),
+      std::string::npos);
+  EXPECT_NE(text_of(sample(LengthUnit::kInch), PathFormat::kApt).find("\nUNITS/INCHES\n"),
+            std::string::npos);
+}
+
+TEST(PathFile, GcodeHead) {
+  const std::string text = text_of(sample(), PathFormat::kGcode);
+  EXPECT_NE(
+      text.find("\nG17 G21 G40 G49 G54 G80 G90 G94\nG64 P0.001\nT1 M6\nS12000 M3\nF800\nG0 Z30\n"),
+      std::string::npos)
+      << text;
+  EXPECT_EQ(text.substr(text.size() - 6), "M5\nM2\n");
+}
+
+TEST(PathFile, AnEmptyPathIsNoFile) {
+  for (const PathFormat format : {PathFormat::kApt, PathFormat::kGcode, PathFormat::kCsv}) {
+    MemoryFiles files;
+    ToolPath path = sample();
+    path.points.resize(1);
+    EXPECT_FALSE(write_path(path, format, {}, *files.file("").value()));
+  }
+}
+
+TEST(AptRead, DialectsOfOthers) {
+  // Siemens NX, Creo, CATIA, cards with sequence numbers, continued and blank-ridden statements.
+  const auto nx = read(
+      "TOOL PATH/FINISH,TOOL,BALL6\nTLDATA/MILL,6.0000,3.0000,75.0000,0.0000,0.0000\n"
+      "MSYS/0.0,0.0,0.0,1.0,0.0,0.0,0.0,1.0,0.0\nPAINT/PATH\nRAPID\nGOTO/1.0,2.0,3.0,0.0,0.0,1.0\n"
+      "FEDRAT/MMPM,250.0000\nGOTO/4.0,5.0,6.0\nEND-OF-PATH\n",
+      PathFormat::kApt);
+  ASSERT_TRUE(nx);
+  EXPECT_EQ(nx->points.size(), 2u);
+  EXPECT_EQ(nx->points[0].motion, Motion::kRapid);
+  EXPECT_EQ(nx->points[1].motion, Motion::kFeed);
+  EXPECT_EQ(nx->cutter->corner_radius, 3);
+  EXPECT_EQ(nx->feed, 250);
+  const auto creo = read(
+      "$$* Pro/CLfile\nPARTNO / OP010\nUNITS / INCHES\nLOADTL / 1\nCUTTER / 0.250000, 0.125000\n"
+      "RAPID\nGOTO / 1.0000000000, 2.0000000000, $\n 3.0000000000\ngoto / 1, 2, +1.5E0 $$ "
+      "down\nFINI\n"
+      "GOTO / 9,9,9\n",
+      PathFormat::kApt);
+  ASSERT_TRUE(creo);
+  EXPECT_EQ(creo->unit, LengthUnit::kInch);
+  ASSERT_EQ(creo->points.size(), 2u);
+  EXPECT_EQ(creo->points[0].tip, Vec3(1, 2, 3));
+  EXPECT_EQ(creo->points[1].tip, Vec3(1, 2, 1.5));
+  const auto relative = read("FROM/0,0,10\r\nGODLTA/1,0,-10\r\n", PathFormat::kApt);
+  ASSERT_TRUE(relative);
+  EXPECT_EQ(relative->points[1].tip, Vec3(1, 0, 0));
+  std::string card = "GOTO/1.,2.,3.";
+  card.resize(72, ' ');
+  const auto cards = read(card + "00000010\n" + card + "00000020\n", PathFormat::kApt);
+  ASSERT_TRUE(cards);
+  EXPECT_EQ(cards->points.size(), 2u);
+}
+
+TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
+  struct Wrong {
+    PathFormat format;
+    const char* text;
+    const char* message;
+  };
+  const Wrong cases[] = {
+      {PathFormat::kApt, "GOTO/1,2,3\nGOTO/1,x,3\n", "2:8 'X' is not a number"},
+      {PathFormat::kApt, "GOTO/1,2\n", "1:1 GOTO with 2 values; expected x,y,z or x,y,z,i,j,k"},
+      {PathFormat::kApt, "GOTO/1,2,nan\n", "1:10 'NAN' is not a number"},
+      {PathFormat::kApt, "GOTO/1,2,3,1,0,0\n", "1:12 a tool axis that is not 0,0,1"},
+      {PathFormat::kApt, "GOTOO/1,2,3\n", "1:1 unknown word 'GOTOO'; did you mean 'GOTO'?"},
+      {PathFormat::kApt, "CIRCLE/1,2,3,0,0,1,5\n", "1:1 CIRCLE is not supported"},
+      {PathFormat::kApt, "UNITS/FURLONG\n", "1:1 UNITS/ names no unit"},
+      {PathFormat::kApt, "CUTTER/-6,3\n", "no cutter"},
+      {PathFormat::kApt, "", "the file holds no tool path"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X3 Y4 I1 J1\n", "2:1 G2 is not supported"},
+      {PathFormat::kGcode, "G1 X1\n", "a cutting move from a position that is not known"},
+      {PathFormat::kGcode, "G0 X1 X2\n", "1:7 two X words"},
+      {PathFormat::kGcode, "X1 Y2 Z3\n", "without a motion"},
+      {PathFormat::kGcode, "G0 X#1\n", "1:5 '' is not a number"},
+      {PathFormat::kGcode, "G0 X1e5\n", "word E"},
+      {PathFormat::kGcode, "G0 A1\n", "the word A is not supported"},
+      {PathFormat::kGcode, "(open\n", "1:1 a comment without its ')'"},
+      {PathFormat::kCsv, "x,y,z\n1,2,3\n1,,3\n", "3:3 '' is not a number"},
+      {PathFormat::kCsv, "x,y,z\n1,2\n", "2:1 2 fields; expected 3"},
+      {PathFormat::kCsv, "x,y,z,motion\n1,2,3,fly\n", "2:7 'FLY' is no motion"},
+      {PathFormat::kCsv, "1,2\n", "expected x,y,z"},
+      {PathFormat::kCsv, "x,y,z\n1,2,1e12\n", "is too large"}};
+  for (const Wrong& wrong : cases) {
+    std::string messages;
+    EXPECT_FALSE(read(wrong.text, wrong.format, &messages)) << wrong.text;
+    EXPECT_NE(messages.find(wrong.message), std::string::npos) << wrong.text << messages;
+  }
+}
+
+TEST(PathRead, AnyDamageEndsInAPathOrErrors) {
+  for (const PathFormat format : {PathFormat::kApt, PathFormat::kGcode, PathFormat::kCsv}) {
+    const std::string good = text_of(sample(), format);
+    test::Random random(1);
+    for (std::size_t cut = 0; cut < good.size(); ++cut) {
+      read(good.substr(0, cut), format);
+      std::string bad = good;
+      bad[cut] = static_cast<char>(random.below(256));
+      read(bad, format);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace diesink
