@@ -2,33 +2,54 @@
 // remainder. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <new>
+#include <type_traits>
 
 #include "core/compound/compound_impl.h"
 
 namespace diesink {
 
 // A fixed-capacity list; `full` is set where something did not fit (the cell is then split).
+// Raw storage: making one costs nothing, copying one costs what it holds. T is trivially copyable.
 template <class T, int N>
-struct ShortList {
-  std::array<T, N> items;
+class ShortList {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
   int count = 0;
   bool full = false;
+
+  ShortList() {}  // NOLINT: the storage stays as it is
+  ShortList(const ShortList& other) { *this = other; }
+  ShortList& operator=(const ShortList& other) {
+    if (this == &other) return *this;
+    count = other.count;
+    full = other.full;
+    std::memcpy(storage_, other.storage_, static_cast<std::size_t>(count) * sizeof(T));
+    return *this;
+  }
+  ~ShortList() = default;
+
   void clear() { count = 0, full = false; }
   void push(const T& item) {
     if (count < N) {
-      items[static_cast<std::size_t>(count++)] = item;
+      std::memcpy(storage_ + static_cast<std::size_t>(count++) * sizeof(T), &item, sizeof(T));
     } else {
       full = true;
     }
   }
-  T* begin() { return items.data(); }
-  T* end() { return items.data() + count; }
-  const T* begin() const { return items.data(); }
-  const T* end() const { return items.data() + count; }
-  T& operator[](int i) { return items[static_cast<std::size_t>(i)]; }
-  const T& operator[](int i) const { return items[static_cast<std::size_t>(i)]; }
+  T* begin() { return std::launder(reinterpret_cast<T*>(storage_)); }
+  T* end() { return begin() + count; }
+  const T* begin() const { return std::launder(reinterpret_cast<const T*>(storage_)); }
+  const T* end() const { return begin() + count; }
+  T& operator[](int i) { return begin()[i]; }
+  const T& operator[](int i) const { return begin()[i]; }
+
+ private:
+  alignas(T) std::byte storage_[static_cast<std::size_t>(N) * sizeof(T)];
 };
 
 // A box by centre and half widths; a half width may be zero (a segment).

@@ -1,0 +1,89 @@
+// The plan of the die cut into cells so small that what happens in each is known: one face, one crease, one corner.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/compound/compound_impl.h"
+#include "core/tessellate/cell_bounds.h"
+
+namespace diesink {
+
+enum class CellKind : std::uint8_t {
+  kPlain,     // one label
+  kArc,       // one regular function: arcs that enter and leave
+  kCorner,    // two independent functions, or one body's own vertex: at most one corner
+  kUnknown,   // to be split
+  kLeast,     // of the least size: whatever is in it is joined in one corner
+};
+
+// What the enclosures say of a cell.
+struct CellVerdict {
+  CellKind kind = CellKind::kUnknown;
+  FunctionList functions;          // that may vanish in the cell
+  FaceList candidates;             // faces that may be the surface in the cell; no label for a hole
+  bool hole = false;               // there may be no surface somewhere in the cell
+  bool has_vertex = false;         // kCorner by a body's own vertex
+  Vec3 vertex = Vec3::Zero();
+  double depth = 0;                // height between the lowest and the highest candidate
+};
+
+// Points where a body's own curves meet at no angle or more than two of them meet.
+struct BodyVertices {
+  std::vector<Vec3> points;
+};
+
+struct TreeCell {
+  PlanBox box;
+  std::int32_t child = -1;         // first of four, or -1 for a leaf: order (x low, y low), (high, low), (low, high), (high, high)
+  CellKind kind = CellKind::kUnknown;
+  std::uint8_t level = 0;
+  std::int32_t info = -1;          // leaf that is not plain: index into CellTree::infos
+  Label label = kNoLabel;          // plain: its label (kNoLabel: a hole)
+};
+
+// A leaf in which something happens.
+struct CellInfo {
+  std::int32_t cell = 0;
+  bool has_vertex = false;
+  Vec3 vertex = Vec3::Zero();
+  bool sorted_by_y = false;        // kArc: crossings pair up in ascending y (else in ascending x)
+  double depth = 0;
+  std::vector<std::int32_t> crossings;
+};
+
+struct TreeLimits {
+  double least = 0;                // plan length under which no cell is split
+  double flat = 0;                 // height under which candidates count as one surface
+};
+
+class CellTree {
+ public:
+  // Needs: a plan box inside the domain.
+  CellTree(const CompoundSurface::Impl& surface, const PlanBox& box, const TreeLimits& limits);
+
+  std::vector<TreeCell> cells;
+  std::vector<std::int32_t> roots;  // columns * rows of them, x fastest
+  int columns = 1, rows = 1;
+  std::vector<CellInfo> infos;
+
+  // Splits a leaf once more and everything below it as far as needed.
+  void split_leaf(std::int32_t cell);
+
+ private:
+  void grow(std::int32_t cell, const std::vector<std::uint32_t>& steps);
+  void divide(std::int32_t cell);
+
+  const CompoundSurface::Impl& surface_;
+  TreeLimits limits_;
+  std::vector<BodyVertices> vertices_;
+};
+
+// Decides a box; `steps` are those that may matter in it and come back without those that cannot.
+void classify(const CompoundSurface::Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
+              std::vector<std::uint32_t>& steps, double flat, CellVerdict& verdict);
+
+std::vector<BodyVertices> body_vertices(const CompoundSurface::Impl& surface);
+
+}  // namespace diesink

@@ -1,0 +1,359 @@
+// The Boolean expression over a box: which faces may win, and which functions may part them.
+// Source: equation (5) on enclosures in place of numbers.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "core/tessellate/cell_tree.h"
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+// The expression so far over the box.
+struct StateOver {
+  FaceList faces;
+  bool hole = true;  // may be undefined somewhere
+};
+
+// f lies on or above g all over the box for sure (beyond ties), helped by the middle plane of a quadric:
+// its upper side is above that plane, its lower side below.
+bool surely_above(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
+  if (difference_over(f, g, box).lo > tie) return true;
+  const auto reach = [&](double gx, double gy) { return std::fabs(gx) * box.hx + std::fabs(gy) * box.hy; };
+  if (f.has_mid && f.upper) {
+    // Equality only on the silhouette itself.
+    if (f.mc - g.c - reach(f.mgx - g.gx, f.mgy - g.gy) - g.hi >= -tie) return true;
+  }
+  if (g.has_mid && !g.upper) {
+    if (f.c + f.lo - g.mc - reach(f.gx - g.mgx, f.gy - g.mgy) >= -tie) return true;
+  }
+  return false;
+}
+
+bool never_above(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
+  return difference_over(f, g, box).hi <= tie;
+}
+
+bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
+  const Range d = difference_over(f, g, box);
+  return d.lo >= -tie && d.hi <= tie;
+}
+
+// `state` with one more term: sign +1 takes the higher, -1 the lower.
+void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign, const CellBox& box, double tie) {
+  if (sign < 0 && state.faces.count == 0) return;
+  FaceList next;
+  const auto beats = [&](const FaceOver& f, const FaceOver& g) {
+    return sign > 0 ? surely_above(f, g, box, tie) : surely_above(g, f, box, tie);
+  };
+  const auto loses = [&](const FaceOver& f, const FaceOver& g) {  // the later one, ties lost
+    return sign > 0 ? never_above(f, g, box, tie) : never_above(g, f, box, tie);
+  };
+  for (const FaceOver& c : state.faces) {
+    // Gone where the term is there for sure and each face it may show is beyond c.
+    bool beaten = !faces_hole && faces.count > 0;
+    for (const FaceOver& f : faces) beaten = beaten && beats(f, c);
+    if (!beaten) next.push(c);
+  }
+  for (const FaceOver& f : faces) {
+    bool lost = !(sign > 0 && state.hole) && state.faces.count > 0;
+    for (const FaceOver& c : state.faces) lost = lost && loses(f, c);
+    if (!lost) next.push(f);
+  }
+  next.full = next.full || state.faces.full || faces.full;
+  state.faces = next;
+  if (sign > 0 && !faces_hole) state.hole = false;
+}
+
+// Two functions with the same zero line in the box: flush walls, concentric rims.
+bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box, double slack) {
+  if (!(f.bend < 1e300) || !(g.bend < 1e300)) return false;
+  const double nf = std::hypot(f.cgx, f.cgy), ng = std::hypot(g.cgx, g.cgy);
+  if (!(nf > 0) || !(ng > 0)) return false;
+  const double s = f.cgx * g.cgx + f.cgy * g.cgy >= 0 ? 1 / ng : -1 / ng;
+  const double gap = std::fabs(f.v / nf - g.v * s) +
+                     std::fabs(f.cgx / nf - g.cgx * s) * box.hx + std::fabs(f.cgy / nf - g.cgy * s) * box.hy;
+  // Equal second-order parts cannot be told from their bounds; equal value and gradient of two conics that bend by
+  // the same bound is taken for the same conic, which the vertices of the arcs then prove or not.
+  const double bend = std::fabs(f.bend / nf - g.bend / ng);
+  return gap + bend <= 8 * slack;
+}
+
+bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
+  // 0 not in fx gy - fy gx.
+  const auto product = [](const Range& a, const Range& b, double& lo, double& hi) {
+    const double p[4] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
+    lo = std::min({p[0], p[1], p[2], p[3]});
+    hi = std::max({p[0], p[1], p[2], p[3]});
+  };
+  double l1, h1, l2, h2;
+  product(f.gx, g.gy, l1, h1);
+  product(f.gy, g.gx, l2, h2);
+  return l1 - h2 > 0 || h1 - l2 < 0;  // false for NaN
+}
+
+bool contains(const CellBox& box, const Vec3& p) {
+  return std::fabs(p.x() - box.x) <= box.hx && std::fabs(p.y() - box.y) <= box.hy;
+}
+
+void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box, CellVerdict& v) {
+  FunctionList& fs = v.functions;
+  if (fs.full || v.candidates.full) {
+    v.kind = CellKind::kUnknown;
+    return;
+  }
+  const int labels = v.candidates.count + (v.hole ? 1 : 0);
+  if (labels <= 1) {
+    v.kind = CellKind::kPlain;
+    return;
+  }
+  v.kind = CellKind::kUnknown;
+  if (fs.count == 1) {
+    if (fs[0].regular()) v.kind = CellKind::kArc;
+    // The apex of a tilted cone on its own silhouette is a body vertex below.
+    if (v.kind == CellKind::kArc) return;
+  }
+  if (fs.count == 2 && fs[0].regular() && fs[1].regular() && is_transverse(fs[0], fs[1])) {
+    v.kind = CellKind::kCorner;
+    return;
+  }
+  if (fs.count == 3 && v.candidates.count == 3 && !v.hole) {
+    // Three surfaces pairwise crossing: at most one common point where two of the differences are independent.
+    bool triple = true;
+    for (const PlanFunction& f : fs) {
+      triple = triple && f.a != kNoLabel && f.regular();
+    }
+    if (triple && is_transverse(fs[0], fs[1]) && is_transverse(fs[1], fs[2]) && is_transverse(fs[0], fs[2])) {
+      v.kind = CellKind::kCorner;
+      return;
+    }
+  }
+  // One body's own vertex: every function is that body's own and passes through the vertex.
+  if (fs.count > 0 && fs[0].solid >= 0) {
+    const std::int32_t solid = fs[0].solid;
+    for (const PlanFunction& f : fs) {
+      if (f.solid != solid || f.kind == PlanFunction::Kind::kCrossing || f.kind == PlanFunction::Kind::kOutline) return;
+    }
+    int inside = 0;
+    for (const Vec3& p : vertices[static_cast<std::size_t>(solid)].points) {
+      if (contains(box, p)) {
+        ++inside;
+        v.vertex = p;
+      }
+    }
+    if (inside != 1) return;
+    const double slack = surface.bodies[static_cast<std::size_t>(solid)].slack();
+    int silhouettes = 0, rims = 0;
+    for (const PlanFunction& f : fs) {
+      if (f.kind == PlanFunction::Kind::kSilhouette) {
+        ++silhouettes;
+        continue;
+      }
+      if (f.kind == PlanFunction::Kind::kRim) {
+        ++rims;
+        if (!f.regular()) return;
+        continue;
+      }
+      if (f.bend != 0) return;
+      const double at = f.v + f.cgx * (v.vertex.x() - box.x) + f.cgy * (v.vertex.y() - box.y);
+      if (std::fabs(at) > 64 * slack * (1 + std::hypot(f.cgx, f.cgy))) return;
+    }
+    // A silhouette touching a rim (both regular), or the two silhouettes of a cone at its apex.
+    if (silhouettes > 0 && rims > 0) {
+      if (rims > 1 || fs.count != 2) return;
+      for (const PlanFunction& f : fs) {
+        if (!f.regular()) return;
+      }
+    }
+    v.has_vertex = true;
+    v.kind = CellKind::kCorner;
+  }
+}
+
+}  // namespace
+
+std::vector<BodyVertices> body_vertices(const Impl& surface) {
+  std::vector<BodyVertices> all(surface.bodies.size());
+  for (std::size_t k = 0; k < surface.bodies.size(); ++k) {
+    const BodyLine& line = surface.bodies[k];
+    std::vector<Vec3>& points = all[k].points;
+    if (const Polyhedron* polyhedron = std::get_if<Polyhedron>(&line.body())) {
+      for (const Vec3& v : polyhedron->vertices) {
+        // Vertices over one another (upright edges) are one point of the plan; coincident ones too.
+        bool known = false;
+        for (const Vec3& p : points) known = known || std::hypot(p.x() - v.x(), p.y() - v.y()) <= 4 * line.slack();
+        if (!known) points.push_back(v);
+      }
+      continue;
+    }
+    const QuadricBody& body = std::get<QuadricBody>(line.body());
+    const Vec3 a = body.frame.row(2), n = body.frame.row(0), o = body.frame.row(1);
+    if (body.shape == QuadricShape::kCone && line.side_rule() == SideRule::kBetween) points.push_back(body.p + body.C * a);
+    // Where the silhouette touches a rim: rim point c + r(cos n A + sin o B) with q_z = 0 there.
+    if (body.shape == QuadricShape::kEllipsoid || line.side_rule() == SideRule::kColumn) continue;
+    const auto rim = [&](double w) {
+      double ra = body.A, rb = body.B, constant = 0;
+      if (body.shape == QuadricShape::kCone) constant = a.z() * (body.C - w) / (body.C * body.C);
+      if (body.shape == QuadricShape::kParaboloid) {
+        ra = rb = body.A * std::sqrt(w);
+        constant = -0.5 * a.z();
+      }
+      // q_z / 2 = n.z u / A² + o.z v / B² + constant with u = ra cos, v = rb sin; for a cone at its base w = 0.
+      const double x = n.z() * ra / (body.A * body.A), y = o.z() * rb / (body.B * body.B);
+      const double r = std::hypot(x, y);
+      if (!(r > std::fabs(constant)) || r < 1e-12) return;
+      const double base = std::atan2(y, x), turn = std::acos(-constant / r);
+      for (const double t : {base + turn, base - turn}) {
+        points.push_back(body.p + w * a + ra * std::cos(t) * n + rb * std::sin(t) * o);
+      }
+    };
+    if (body.shape != QuadricShape::kParaboloid) rim(0);
+    if (body.shape != QuadricShape::kCone) rim(body.C);
+  }
+  return all;
+}
+
+void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
+              std::vector<std::uint32_t>& steps, double flat, CellVerdict& verdict) {
+  const double tie = surface.tie;
+  verdict = CellVerdict{};
+  struct Seen {  // a body that is partly there or shows several faces: its functions may matter
+    std::int32_t row;
+    int first_shadow, shadows, first_rim, rims, first_face, faces;
+  };
+  ShortList<Seen, 24> seen;
+  ShortList<PlanFunction, 96> shadows, rims;
+  ShortList<FaceOver, 64> own_faces;
+  FunctionList outline;
+  StateOver state;
+  std::vector<StateOver> stack;  // groups only: empty and free of cost without them
+  std::size_t kept = 0;
+  BodyOver body;
+  FaceList base_faces;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const std::uint32_t i = steps[n];
+    const CompoundStep& step = surface.steps[i];
+    if (step.kind == BooleanStep::Kind::kGroupOpen) {
+      stack.push_back(state);
+      state = StateOver{};
+      steps[kept++] = i;
+      continue;
+    }
+    if (step.kind == BooleanStep::Kind::kGroupClose) {
+      const StateOver group = state;
+      state = stack.back();
+      stack.pop_back();
+      steps[kept++] = i;
+      if (group.faces.count > 0) combine(state, group.faces, group.hole, 1, box, tie);
+      continue;
+    }
+    const int sign = step.sign == Sign::kPlus ? 1 : -1;
+    if (sign < 0 && state.faces.count == 0) continue;
+    if (step.solid < 0) {
+      FaceOver face;
+      const Coverage coverage = base_over(surface, step, box, face, outline);
+      if (coverage == Coverage::kOutside) continue;
+      base_faces.clear();
+      base_faces.push(face);
+      combine(state, base_faces, coverage != Coverage::kInside, sign, box, tie);
+      steps[kept++] = i;
+      continue;
+    }
+    body_over(surface, step, sign > 0, box, body);
+    if (body.coverage == Coverage::kOutside) continue;
+    combine(state, body.faces, body.coverage != Coverage::kInside, sign, box, tie);
+    // A step whose faces cannot show anywhere in the box is of no more use below it.
+    bool shows = false;
+    for (const FaceOver& f : state.faces) shows = shows || row_of(f.label) == step.row;
+    if (!shows) continue;
+    steps[kept++] = i;
+    if (body.shadow.count == 0 && body.rims.count == 0) continue;
+    seen.push({step.row, shadows.count, body.shadow.count, rims.count, body.rims.count, own_faces.count,
+               body.faces.count});
+    for (const PlanFunction& f : body.shadow) shadows.push(f);
+    for (const PlanFunction& f : body.rims) rims.push(f);
+    for (const FaceOver& f : body.faces) own_faces.push(f);
+  }
+  steps.resize(kept);
+  verdict.candidates = state.faces;
+  verdict.hole = state.hole;
+  FunctionList& fs = verdict.functions;
+  fs.full = seen.full || shadows.full || rims.full || own_faces.full;
+  if (fs.full) return;
+
+  const auto candidate = [&](Label label) {
+    for (const FaceOver& f : state.faces) {
+      if (f.label == label) return true;
+    }
+    return false;
+  };
+  const auto push = [&](const PlanFunction& f) {
+    for (const PlanFunction& g : fs) {
+      if (same_line(f, g, box, tie)) return;
+    }
+    fs.push(f);
+  };
+  double top = -1e300, bottom = 1e300;
+  for (const FaceOver& f : state.faces) {
+    const double reach = std::fabs(f.gx) * box.hx + std::fabs(f.gy) * box.hy;
+    top = std::fmax(top, f.c + reach + f.hi);
+    bottom = std::fmin(bottom, f.c - reach + f.lo);
+  }
+  verdict.depth = state.faces.count > 0 ? top - bottom : 0;
+
+  for (const Seen& b : seen) {
+    bool relevant = false;
+    for (const FaceOver& f : state.faces) relevant = relevant || row_of(f.label) == b.row;
+    if (!relevant) continue;
+    for (int i = b.first_shadow; i < b.first_shadow + b.shadows; ++i) {
+      const PlanFunction& f = shadows[i];
+      if (f.kind == PlanFunction::Kind::kSilhouette) {
+        // Hidden where the silhouette's height (the middle plane) loses to everything else for sure.
+        bool hidden = !verdict.hole;
+        int others = 0;
+        for (int k = b.first_face; k < b.first_face + b.faces; ++k) {
+          const FaceOver& own = own_faces[k];
+          if (!own.has_mid) continue;
+          for (const FaceOver& c : state.faces) {
+            if (row_of(c.label) == b.row) continue;
+            ++others;
+            const double reach = std::fabs(own.mgx - c.gx) * box.hx + std::fabs(own.mgy - c.gy) * box.hy;
+            hidden = hidden && (own.upper ? own.mc - c.c + reach - c.lo <= tie : own.mc - c.c - reach - c.hi >= -tie);
+          }
+        }
+        if (hidden && others > 0) continue;
+      }
+      push(f);
+    }
+    for (int i = b.first_rim; i < b.first_rim + b.rims; ++i) {
+      if (candidate(rims[i].a) && candidate(rims[i].b)) push(rims[i]);
+    }
+  }
+  for (const PlanFunction& f : outline) push(f);
+  for (int i = 0; i < state.faces.count; ++i) {
+    for (int j = i + 1; j < state.faces.count; ++j) {
+      const FaceOver &f = state.faces[i], &g = state.faces[j];
+      if (row_of(f.label) == row_of(g.label)) continue;
+      if (surely_above(f, g, box, tie) || surely_above(g, f, box, tie) || coincide(f, g, box, tie)) continue;
+      const PlanFunction p = crossing_over(surface, f, g, box);
+      if (p.lo > 0 || p.hi < 0) continue;
+      push(p);
+    }
+  }
+  decide(surface, vertices, box, verdict);
+  // Candidates that differ by less than the tolerance can see are one surface for the tree.
+  if (verdict.kind == CellKind::kUnknown && !verdict.hole && fs.count > 0) {
+    bool shallow = true;
+    for (int i = 0; i < state.faces.count && shallow; ++i) {
+      for (int j = i + 1; j < state.faces.count && shallow; ++j) {
+        const Range d = difference_over(state.faces[i], state.faces[j], box);
+        shallow = d.lo >= -flat && d.hi <= flat;
+      }
+    }
+    if (shallow) verdict.kind = CellKind::kLeast;
+  }
+}
+
+}  // namespace diesink

@@ -1,0 +1,227 @@
+// Newton's method on the exact equations of a curve, from a pair of points that a few halvings have brought near.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/plan_curve.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+namespace diesink {
+namespace {
+
+constexpr int kNewtonSteps = 24;
+// Halvings before the curve is looked for, and at most.
+constexpr int kHalvings = 5, kAllHalvings = 60;
+
+}  // namespace
+
+Implicit CurveSolver::implicit(const SurfaceRef& ref) const {
+  if (ref.solid == SurfaceRef::kBase) return face_implicit(*surface_, make_label(0, 0) | 0u);
+  const BodyLine& body = surface_->bodies[static_cast<std::size_t>(ref.solid)];
+  if (ref.face == SurfaceRef::kSilhouetteFace) return silhouette_implicit(body);
+  return face_implicit(body, ref.face);
+}
+
+SurfaceRef CurveSolver::ref_of(Label label) const {
+  if (label == kNoLabel) return {};
+  const CompoundStep& step = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
+  if (step.solid < 0) return {SurfaceRef::kBase, 0};
+  return {step.solid, static_cast<std::uint8_t>(face_of(label))};
+}
+
+bool CurveSolver::height(Label label, double x, double y, double& z) const {
+  const CompoundStep& step = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
+  if (step.solid < 0) {
+    BaseHit hit;
+    if (!surface_->base_at(x, y, hit)) return false;
+    z = hit.z;
+    return true;
+  }
+  return surface_->bodies[static_cast<std::size_t>(step.solid)].face_height(
+      static_cast<std::uint8_t>(face_of(label)), step.sign == Sign::kPlus, x, y, z);
+}
+
+bool CurveSolver::silhouette_height(Label label, double x, double y, double& z) const {
+  const CompoundStep& step = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
+  if (step.solid < 0 || face_of(label) != kFaceSide) return false;
+  const BodyLine& body = surface_->bodies[static_cast<std::size_t>(step.solid)];
+  const SideQuadratic& s = body.side();
+  if (!body.has_side() || body.side_rule() != SideRule::kBetween || !(s.q2 > 0)) return false;
+  z = s.cz - (s.b0 + s.bx * (x - s.cx) + s.by * (y - s.cy)) / s.q2;
+  return true;
+}
+
+bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t, double& z) const {
+  if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return false;
+  const Implicit f = implicit(curve.first), g = implicit(curve.second);
+  const double unit = d.norm();
+  if (!(unit > 0)) return false;
+  const double done = std::ldexp(surface_->size, -50);  // a step below some ulp of the size is rounding
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kNewtonSteps; ++k) {
+    const Vec3 r(p.x() + t * d.x(), p.y() + t * d.y(), z);
+    Vec3 gf, gg;
+    const double vf = f.evaluate(r, gf), vg = g.evaluate(r, gg);
+    const double ft = gf.x() * d.x() + gf.y() * d.y(), gt = gg.x() * d.x() + gg.y() * d.y();
+    const double det = ft * gg.z() - gf.z() * gt;
+    if (!(std::fabs(det) > 1e-14 * unit) || !std::isfinite(vf) || !std::isfinite(vg)) return false;
+    const double dt = -(vf * gg.z() - gf.z() * vg) / det;
+    const double dz = -(ft * vg - vf * gt) / det;
+    const double step = std::fabs(dt) * unit + std::fabs(dz);
+    if (!(step < 1e3 * surface_->size)) return false;
+    t += dt;
+    z += dz;
+    if (step <= done || (k > 3 && step >= last && step <= 64 * done)) return true;
+    last = step;
+  }
+  return last <= 4096 * done;
+}
+
+bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1, double& z2) const {
+  if (one.type == CurveType::kUnsolved || two.type == CurveType::kUnsolved || one.type == CurveType::kOutline ||
+      two.type == CurveType::kOutline) {
+    return false;
+  }
+  const Implicit f[4] = {implicit(one.first), implicit(one.second), implicit(two.first), implicit(two.second)};
+  const SurfaceRef refs[4] = {one.first, one.second, two.first, two.second};
+  // A surface that both curves lie on: three equations in (x, y, z).
+  int shared = -1;
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 2; j < 4; ++j) {
+      if (refs[i] == refs[j]) shared = j;
+    }
+  }
+  const double done = std::ldexp(surface_->size, -50);
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 2 * kNewtonSteps; ++k) {
+    Vec3 g[4];
+    double v[4];
+    for (int i = 0; i < 4; ++i) v[i] = f[i].evaluate(Vec3(at.x(), at.y(), i < 2 ? z1 : z2), g[i]);
+    double step = 0;
+    if (shared >= 0) {
+      const int other = shared == 2 ? 3 : 2;
+      Mat3 m;
+      m << g[0].transpose(), g[1].transpose(), g[other].transpose();
+      const Vec3 delta = m.fullPivLu().solve(-Vec3(v[0], v[1], v[other]));
+      if (!delta.allFinite()) return false;
+      at += delta.head<2>();
+      z1 += delta.z();
+      z2 = z1;
+      step = delta.cwiseAbs().maxCoeff();
+    } else {
+      Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
+      for (int i = 0; i < 4; ++i) {
+        m(i, 0) = g[i].x();
+        m(i, 1) = g[i].y();
+        m(i, i < 2 ? 2 : 3) = g[i].z();
+      }
+      const Eigen::Vector4d delta = m.fullPivLu().solve(-Eigen::Vector4d(v[0], v[1], v[2], v[3]));
+      if (!delta.allFinite()) return false;
+      at += delta.head<2>();
+      z1 += delta[2];
+      z2 += delta[3];
+      step = delta.cwiseAbs().maxCoeff();
+    }
+    if (!(step < 1e3 * surface_->size)) return false;
+    if (step <= done || (k > 3 && step >= last && step <= 64 * done)) return true;
+    last = step;
+  }
+  return last <= 4096 * done;
+}
+
+bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
+                            double& z) const {
+  t = 0.5;
+  z = z0;
+  if (!on_line(curve, p, d, t, z)) return false;
+  return t >= -1e-9 && t <= 1 + 1e-9;  // of the bracket: the halvings may have ended beside the root by rounding
+}
+
+CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const {
+  Change change;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const SurfaceRef ra = ref_of(a), rb = ref_of(b);
+  for (int k = 0; k < kAllHalvings; ++k) {
+    const Vec2 mid = 0.5 * (p + q);
+    if (mid == p || mid == q) break;
+    if (k >= kHalvings && (k - kHalvings) % 12 == 0) {
+      const Vec2 d = q - p;
+      double t = 0, z = 0;
+      const auto accept = [&](CurveType type, const SurfaceRef& first, const SurfaceRef& second) {
+        change.curve = {type, first, second};
+        change.at = {p.x() + t * d.x(), p.y() + t * d.y(), z};
+      };
+      // Two faces at one height.
+      if (a != kNoLabel && b != kNoLabel) {
+        const PlanCurve meet{CurveType::kMeet, ra, rb};
+        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z)) {
+          accept(CurveType::kMeet, ra, rb);
+          change.za = change.zb = z;
+          return change;
+        }
+      }
+      // A body's own end, seen from the side where it is.
+      const auto ends = [&](Label label, const SurfaceRef& own, double z_own, const Vec2& inside) {
+        if (label == kNoLabel || own.solid < 0) return false;
+        const BodyLine& body = surface_->bodies[static_cast<std::size_t>(own.solid)];
+        const bool plus = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
+        const auto attempt = [&](std::uint8_t face) {
+          const SurfaceRef other{own.solid, face};
+          if (other == own) return false;
+          const PlanCurve shadow{CurveType::kShadow, own, other};
+          if (!try_curve(shadow, p, d, z_own, t, z)) return false;
+          accept(CurveType::kShadow, own, other);
+          return true;
+        };
+        if (body.has_side() && own.face == kFaceSide && body.side_rule() == SideRule::kBetween &&
+            attempt(SurfaceRef::kSilhouetteFace)) {
+          return true;
+        }
+        for (const PlanHalf& half : body.halves()) {
+          if (attempt(half.face)) return true;
+        }
+        if (body.has_side() && body.side_rule() == SideRule::kColumn && attempt(kFaceSide)) return true;
+        LineHit hit;
+        if (body.meet(inside.x(), inside.y(), hit) && attempt(plus ? hit.lower_face : hit.upper_face)) return true;
+        for (const PlanarCap& cap : plus ? body.lower_caps() : body.upper_caps()) {
+          if (attempt(cap.face)) return true;
+        }
+        return body.has_side() && attempt(kFaceSide);
+      };
+      const bool first = ends(a, ra, za, p);
+      if (first || ends(b, rb, zb, q)) {
+        const Label own = first ? a : b, other = first ? b : a;
+        double z_other = nan;
+        if (other != kNoLabel && !height(other, change.at.x, change.at.y, z_other)) z_other = first ? zb : za;
+        if (std::fabs(z_other - z) <= 1e-9 * surface_->size) z_other = z;  // a wall too low to be one
+        change.za = first ? z : z_other;
+        change.zb = first ? z_other : z;
+        (void)own;
+        return change;
+      }
+    }
+    const LineState state = surface_->evaluate(mid.x(), mid.y());
+    // A third label in between: the change from a is what is looked for, whatever comes after.
+    if (state.label == a) {
+      p = mid;
+      za = state.z;
+    } else {
+      q = mid;
+      if (state.label == b) zb = state.z;
+    }
+  }
+  change.at = {p.x(), p.y(), za};
+  change.za = a == kNoLabel ? nan : za;
+  change.zb = b == kNoLabel ? nan : zb;
+  change.curve.type = CurveType::kUnsolved;
+  const bool base_ends = (a == kNoLabel && rb.solid == SurfaceRef::kBase) || (b == kNoLabel && ra.solid == SurfaceRef::kBase);
+  if (base_ends) {
+    change.curve = {CurveType::kOutline, a == kNoLabel ? rb : ra, {SurfaceRef::kOutline, 0}};
+    if (a == kNoLabel) change.at = {q.x(), q.y(), zb};
+  } else if (a != kNoLabel && b != kNoLabel && std::fabs(za - zb) <= 1e-9 * surface_->size) {
+    change.zb = change.za;
+  }
+  return change;
+}
+
+}  // namespace diesink

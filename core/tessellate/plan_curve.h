@@ -1,0 +1,80 @@
+// The exact curves along which labels change, and points on them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "core/compound/compound_impl.h"
+#include "core/tessellate/implicit.h"
+
+namespace diesink {
+
+// One of the surfaces whose meeting is a curve: a face's own surface, or the silhouette plane of a body's side.
+struct SurfaceRef {
+  static constexpr std::int32_t kBase = -1, kNone = -2, kOutline = -3;
+  static constexpr std::uint8_t kSilhouetteFace = 255;
+  std::int32_t solid = kNone;
+  std::uint8_t face = 0;
+  friend bool operator==(const SurfaceRef&, const SurfaceRef&) = default;
+};
+
+enum class CurveType : std::uint8_t {
+  kMeet,     // two faces meet at one height: a crease
+  kShadow,   // a body ends: first is its visible face, second the silhouette or the face it ends at
+  kOutline,  // the base ends
+  kUnsolved, // found by halving alone
+};
+
+// A curve in space over its plan: the common points of two surfaces.
+struct PlanCurve {
+  CurveType type = CurveType::kUnsolved;
+  SurfaceRef first, second;
+  [[nodiscard]] bool same_as(const PlanCurve& other) const {
+    return type == other.type && ((first == other.first && second == other.second) ||
+                                  (first == other.second && second == other.first));
+  }
+};
+
+// A point of a curve: plan position and the height of the curve there (of the ending face, for a shadow).
+struct CurvePoint {
+  double x = 0, y = 0, z = 0;
+};
+
+// Solves for points on the curves of one surface. Cheap to copy; any number of threads.
+class CurveSolver {
+ public:
+  explicit CurveSolver(const CompoundSurface::Impl& surface) : surface_(&surface) {}
+
+  [[nodiscard]] Implicit implicit(const SurfaceRef& ref) const;
+  [[nodiscard]] SurfaceRef ref_of(Label label) const;
+
+  // Height of a label's own surface over (x, y); false where it has none.
+  bool height(Label label, double x, double y, double& z) const;
+  // The same on the silhouette of its body: the double root, free of the root's noise.
+  bool silhouette_height(Label label, double x, double y, double& z) const;
+
+  // The curve's point on the plan line p + t d nearest to t = t0 (in steps of |d|), z from z0 on.
+  // Bound: on return both equations hold to rounding. False where Newton's method does not arrive.
+  bool on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t, double& z) const;
+
+  // The common plan point of two curves near `at`; z1, z2 are the curves' own heights there.
+  bool corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1, double& z2) const;
+
+  // Where the label changes between p (label a) and q (label b), both found by evaluation: the curve, its point, and
+  // the heights of both labels there (NaN for a hole).
+  struct Change {
+    PlanCurve curve;
+    CurvePoint at;
+    double za = 0, zb = 0;
+  };
+  Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const;
+
+ private:
+  bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t, double& z) const;
+
+  const CompoundSurface::Impl* surface_;
+};
+
+}  // namespace diesink
