@@ -87,6 +87,7 @@ void CellTree::grow(std::int32_t cell, const std::vector<std::uint32_t>& steps) 
   info.vertex = verdict.vertex;
   info.depth = verdict.depth;
   info.sorted_by_y = verdict.functions.count > 0 && verdict.functions[0].regular_x();
+  info.steps = std::move(here);
   infos.push_back(std::move(info));
 }
 

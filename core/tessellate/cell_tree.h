@@ -50,7 +50,7 @@ struct CellInfo {
   Vec3 vertex = Vec3::Zero();
   bool sorted_by_y = false;        // kArc: crossings pair up in ascending y (else in ascending x)
   double depth = 0;
-  std::vector<std::int32_t> crossings;
+  std::vector<std::uint32_t> steps; // of the expression that matter in the cell
 };
 
 struct TreeLimits {

@@ -15,8 +15,14 @@ constexpr int kHalvings = 5, kAllHalvings = 60;
 
 }  // namespace
 
+CurveSolver::CurveSolver(const CompoundSurface::Impl& surface) : surface_(&surface) {
+  for (const CompoundStep& step : surface.steps) {
+    if (step.kind == BooleanStep::Kind::kTerm && step.solid < 0) base_label_ = make_label(step.row, 0);
+  }
+}
+
 Implicit CurveSolver::implicit(const SurfaceRef& ref) const {
-  if (ref.solid == SurfaceRef::kBase) return face_implicit(*surface_, make_label(0, 0) | 0u);
+  if (ref.solid == SurfaceRef::kBase) return face_implicit(*surface_, base_label_);
   const BodyLine& body = surface_->bodies[static_cast<std::size_t>(ref.solid)];
   if (ref.face == SurfaceRef::kSilhouetteFace) return silhouette_implicit(body);
   return face_implicit(body, ref.face);
@@ -190,13 +196,12 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
       };
       const bool first = ends(a, ra, za, p);
       if (first || ends(b, rb, zb, q)) {
-        const Label own = first ? a : b, other = first ? b : a;
+        const Label other = first ? b : a;
         double z_other = nan;
         if (other != kNoLabel && !height(other, change.at.x, change.at.y, z_other)) z_other = first ? zb : za;
         if (std::fabs(z_other - z) <= 1e-9 * surface_->size) z_other = z;  // a wall too low to be one
         change.za = first ? z : z_other;
         change.zb = first ? z_other : z;
-        (void)own;
         return change;
       }
     }

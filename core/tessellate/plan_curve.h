@@ -45,7 +45,7 @@ struct CurvePoint {
 // Solves for points on the curves of one surface. Cheap to copy; any number of threads.
 class CurveSolver {
  public:
-  explicit CurveSolver(const CompoundSurface::Impl& surface) : surface_(&surface) {}
+  explicit CurveSolver(const CompoundSurface::Impl& surface);
 
   [[nodiscard]] Implicit implicit(const SurfaceRef& ref) const;
   [[nodiscard]] SurfaceRef ref_of(Label label) const;
@@ -75,6 +75,7 @@ class CurveSolver {
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t, double& z) const;
 
   const CompoundSurface::Impl* surface_;
+  Label base_label_ = kNoLabel;
 };
 
 }  // namespace diesink

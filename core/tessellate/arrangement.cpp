@@ -1,0 +1,395 @@
+// From the graph of cells to arcs and regions.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/arrangement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/tessellate/cell_graph.h"
+#include "core/tessellate/cell_tree.h"
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+constexpr double kStraight = 0.03;  // sag over chord from which on a stretch is split once more, in plan
+constexpr int kMaxDensity = 7;      // halvings of a stretch at most
+
+class ArcMaker {
+ public:
+  ArcMaker(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner, Arrangement& out)
+      : surface_(surface), graph_(graph), domain_(domain), inner_(inner), out_(out), solver_(surface) {}
+  void make();
+
+ private:
+  [[nodiscard]] bool junction(std::uint32_t node) const {
+    return graph_.nodes[node].corner || graph_.nodes[node].border || graph_.nodes[node].links.size() != 2;
+  }
+  std::uint32_t plan_node(std::uint32_t graph_node);
+  void walk(std::uint32_t start, std::uint32_t link);
+  void append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, const PlanCurve& curve, int depth);
+  void make_border();
+  void make_regions();
+  double area_of(const std::vector<ArcUse>& loop) const;
+  bool contains(const std::vector<ArcUse>& loop, double x, double y) const;
+
+  const Impl& surface_;
+  CellGraph& graph_;
+  const PlanBox& domain_;
+  const PlanBox& inner_;
+  Arrangement& out_;
+  CurveSolver solver_;
+  std::vector<std::uint32_t> plan_of_;                   // plan node of a graph node, or kNone
+  std::vector<char> walked_;                             // links
+  std::vector<std::vector<ArcUse>> around_;              // a plan node's outgoing arcs, anticlockwise
+  std::vector<std::vector<std::int64_t>> slot_of_link_;  // a graph corner's links in order: arc use ids
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+};
+
+std::uint32_t ArcMaker::plan_node(std::uint32_t g) {
+  if (plan_of_[g] != kNone) return plan_of_[g];
+  const GraphNode& from = graph_.nodes[g];
+  PlanNode node;
+  node.x = from.x;
+  node.y = from.y;
+  node.heights = from.heights;
+  node.corner = from.corner;
+  node.border = from.border;
+  node.solved = from.solved;
+  if (from.border) {
+    // The cells end a hair inside the domain, so that what only touches the border from outside is not seen.
+    if (from.x == inner_.x0) node.x = domain_.x0;
+    if (from.x == inner_.x1) node.x = domain_.x1;
+    if (from.y == inner_.y0) node.y = domain_.y0;
+    if (from.y == inner_.y1) node.y = domain_.y1;
+  }
+  plan_of_[g] = static_cast<std::uint32_t>(out_.nodes.size());
+  out_.nodes.push_back(std::move(node));
+  return plan_of_[g];
+}
+
+// Adds the points of a stretch after node a, up to and with b, dense enough for the arc's form in plan.
+void ArcMaker::append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, const PlanCurve& curve, int depth) {
+  const Vec2 p(out_.nodes[a].x, out_.nodes[a].y), q(out_.nodes[b].x, out_.nodes[b].y);
+  const Vec2 chord = q - p;
+  const double length = chord.norm();
+  bool bent = false;
+  std::uint32_t mid = kNone;
+  if (depth < kMaxDensity && length > 1e-9 * surface_.size &&
+      (curve.type == CurveType::kMeet || curve.type == CurveType::kShadow)) {
+    PlanNode node;
+    if (point_on_stretch(surface_, solver_, curve, arc.left, arc.right, out_.nodes[a], out_.nodes[b], 0.5, node)) {
+      const double sag = (Vec2(node.x, node.y) - 0.5 * (p + q)).norm();
+      bent = sag > kStraight * length;
+      if (bent) {
+        mid = static_cast<std::uint32_t>(out_.nodes.size());
+        out_.nodes.push_back(std::move(node));
+      }
+    }
+  }
+  if (bent) {
+    append_stretch(arc, a, mid, curve, depth + 1);
+    append_stretch(arc, mid, b, curve, depth + 1);
+    return;
+  }
+  arc.nodes.push_back(b);
+  arc.curves.push_back(curve);
+}
+
+void ArcMaker::walk(std::uint32_t start, std::uint32_t link) {
+  PlanArc arc;
+  const GraphLink& first = graph_.links[link];
+  bool along = first.from == start;
+  arc.left = along ? first.left : first.right;
+  arc.right = along ? first.right : first.left;
+  std::uint32_t at = start, l = link;
+  arc.nodes.push_back(plan_node(start));
+  const auto id = static_cast<std::uint32_t>(out_.arcs.size());
+  const auto slot = [&](std::uint32_t node, std::uint32_t of_link, bool forward) {
+    const std::vector<std::uint32_t>& links = graph_.nodes[node].links;
+    std::vector<std::int64_t>& slots = slot_of_link_[node];
+    slots.resize(links.size(), -1);
+    for (std::size_t k = 0; k < links.size(); ++k) {
+      if (links[k] == of_link && slots[k] < 0) {
+        slots[k] = static_cast<std::int64_t>(id) * 2 + (forward ? 0 : 1);
+        return;
+      }
+    }
+  };
+  if (junction(start)) slot(start, link, true);
+  for (;;) {
+    walked_[l] = 1;
+    const GraphLink& stretch = graph_.links[l];
+    along = stretch.from == at;
+    const std::uint32_t next = along ? stretch.to : stretch.from;
+    append_stretch(arc, arc.nodes.back(), plan_node(next), stretch.curve, 0);
+    at = next;
+    if (at == start && !junction(start)) {
+      arc.closed = true;
+      break;
+    }
+    if (junction(at)) {
+      slot(at, l, false);
+      break;
+    }
+    const std::vector<std::uint32_t>& links = graph_.nodes[at].links;
+    l = links[0] == l ? links[1] : links[0];
+  }
+  out_.arcs.push_back(std::move(arc));
+}
+
+void ArcMaker::make_border() {
+  // Border nodes in the order of travel round the domain, from its lower left corner.
+  struct Stop {
+    double along;
+    std::uint32_t node;
+    Label before, after;  // travelling anticlockwise
+    bool domain_corner;
+    std::uint32_t graph;
+  };
+  const double w = domain_.x1 - domain_.x0, h = domain_.y1 - domain_.y0;
+  std::vector<Stop> stops;
+  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
+    const GraphNode& n = graph_.nodes[g];
+    if (!n.border) continue;
+    const std::uint32_t p = plan_node(g);
+    const PlanNode& node = out_.nodes[p];
+    double along = 0;
+    bool ahead = true;
+    if (n.y == inner_.y0) {
+      along = node.x - domain_.x0;
+    } else if (n.x == inner_.x1) {
+      along = w + node.y - domain_.y0;
+    } else if (n.y == inner_.y1) {
+      along = w + h + domain_.x1 - node.x;
+      ahead = false;
+    } else {
+      along = 2 * w + h + domain_.y1 - node.y;
+      ahead = false;
+    }
+    stops.push_back({along, p, ahead ? n.low : n.high, ahead ? n.high : n.low, false, g});
+  }
+  const double xs[4] = {domain_.x0, domain_.x1, domain_.x1, domain_.x0};
+  const double ys[4] = {domain_.y0, domain_.y0, domain_.y1, domain_.y1};
+  const double ix[4] = {inner_.x0, inner_.x1, inner_.x1, inner_.x0};
+  const double iy[4] = {inner_.y0, inner_.y0, inner_.y1, inner_.y1};
+  const double at[4] = {0, w, w + h, 2 * w + h};
+  for (int k = 0; k < 4; ++k) {
+    const LineState state = surface_.evaluate(ix[k], iy[k]);
+    PlanNode node;
+    node.x = xs[k];
+    node.y = ys[k];
+    node.border = node.corner = true;
+    if (state.label != kNoLabel) node.heights.push_back({state.label, state.z});
+    stops.push_back({at[k], static_cast<std::uint32_t>(out_.nodes.size()), state.label, state.label, true, kNone});
+    out_.nodes.push_back(std::move(node));
+  }
+  std::stable_sort(stops.begin(), stops.end(), [](const Stop& a, const Stop& b) { return a.along < b.along; });
+  around_.resize(out_.nodes.size());
+  const std::size_t n = stops.size();
+  std::vector<std::uint32_t> arc_after(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    PlanArc arc;
+    arc.border = true;
+    arc.left = stops[k].after;
+    arc.nodes = {stops[k].node, stops[(k + 1) % n].node};
+    arc.curves.resize(1);
+    arc_after[k] = static_cast<std::uint32_t>(out_.arcs.size());
+    out_.arcs.push_back(std::move(arc));
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    std::vector<ArcUse>& out = around_[stops[k].node];
+    std::vector<ArcUse> order{{arc_after[k], true}};
+    order.insert(order.end(), out.begin(), out.end());
+    order.push_back({arc_after[(k + n - 1) % n], false});
+    out = std::move(order);
+  }
+}
+
+double ArcMaker::area_of(const std::vector<ArcUse>& loop) const {
+  double area = 0;
+  const PlanNode& o = out_.nodes[out_.arcs[loop[0].arc].nodes[0]];
+  for (const ArcUse& use : loop) {
+    const PlanArc& arc = out_.arcs[use.arc];
+    double part = 0;
+    for (std::size_t k = 0; k + 1 < arc.nodes.size(); ++k) {
+      const PlanNode &a = out_.nodes[arc.nodes[k]], &b = out_.nodes[arc.nodes[k + 1]];
+      part += (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+    }
+    area += use.forward ? part : -part;
+  }
+  return 0.5 * area;
+}
+
+bool ArcMaker::contains(const std::vector<ArcUse>& loop, double x, double y) const {
+  bool inside = false;
+  for (const ArcUse& use : loop) {
+    const PlanArc& arc = out_.arcs[use.arc];
+    for (std::size_t k = 0; k + 1 < arc.nodes.size(); ++k) {
+      const PlanNode &a = out_.nodes[arc.nodes[k]], &b = out_.nodes[arc.nodes[k + 1]];
+      if ((a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y))) inside = !inside;
+    }
+  }
+  return inside;
+}
+
+void ArcMaker::make_regions() {
+  std::vector<char> used(out_.arcs.size() * 2, 0);
+  struct Loop {
+    std::vector<ArcUse> uses;
+    Label label;
+    double area;
+    PlanBox box;
+  };
+  std::vector<Loop> outers, holes;
+  for (std::uint32_t a = 0; a < out_.arcs.size(); ++a) {
+    for (int side = 0; side < 2; ++side) {
+      const PlanArc& start = out_.arcs[a];
+      if (start.border && side == 1) continue;
+      if (used[a * 2 + static_cast<std::uint32_t>(side)]) continue;
+      Loop loop;
+      ArcUse use{a, side == 0};
+      loop.label = use.forward ? start.left : start.right;
+      for (;;) {
+        char& mark = used[use.arc * 2 + (use.forward ? 0u : 1u)];
+        if (mark) break;
+        mark = 1;
+        loop.uses.push_back(use);
+        const PlanArc& arc = out_.arcs[use.arc];
+        if (arc.closed) break;
+        const std::uint32_t end = use.forward ? arc.nodes.back() : arc.nodes.front();
+        const std::vector<ArcUse>& out = around_[end];
+        std::size_t k = 0;
+        while (k < out.size() && !(out[k].arc == use.arc && out[k].forward != use.forward)) ++k;
+        if (k == out.size()) break;
+        use = out[(k + out.size() - 1) % out.size()];
+      }
+      loop.area = area_of(loop.uses);
+      loop.box = {1e300, -1e300, 1e300, -1e300};
+      for (const ArcUse& u : loop.uses) {
+        for (const std::uint32_t n : out_.arcs[u.arc].nodes) {
+          loop.box.x0 = std::fmin(loop.box.x0, out_.nodes[n].x);
+          loop.box.x1 = std::fmax(loop.box.x1, out_.nodes[n].x);
+          loop.box.y0 = std::fmin(loop.box.y0, out_.nodes[n].y);
+          loop.box.y1 = std::fmax(loop.box.y1, out_.nodes[n].y);
+        }
+      }
+      (loop.area > 0 ? outers : holes).push_back(std::move(loop));
+    }
+  }
+  for (Loop& loop : outers) {
+    PlanRegion region;
+    region.label = loop.label;
+    region.loops.push_back(loop.uses);
+    out_.regions.push_back(std::move(region));
+  }
+  // Holes belong to the smallest outer loop around them; sorted by x, most candidates fall away by their boxes.
+  for (Loop& hole : holes) {
+    const PlanArc& arc = out_.arcs[hole.uses[0].arc];
+    const PlanNode& p = out_.nodes[arc.nodes[arc.nodes.size() / 2]];
+    std::size_t best = outers.size();
+    for (std::size_t k = 0; k < outers.size(); ++k) {
+      const Loop& outer = outers[k];
+      if (outer.label != hole.label || outer.area < -hole.area) continue;
+      if (outer.box.x0 > hole.box.x0 || outer.box.x1 < hole.box.x1 || outer.box.y0 > hole.box.y0 ||
+          outer.box.y1 < hole.box.y1) {
+        continue;
+      }
+      if (best < outers.size() && outer.area >= outers[best].area) continue;
+      if (contains(outer.uses, p.x, p.y)) best = k;
+    }
+    if (best < outers.size()) out_.regions[best].loops.push_back(hole.uses);
+  }
+}
+
+void ArcMaker::make() {
+  plan_of_.assign(graph_.nodes.size(), kNone);
+  walked_.assign(graph_.links.size(), 0);
+  slot_of_link_.resize(graph_.nodes.size());
+  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
+    if (!junction(g)) continue;
+    for (const std::uint32_t l : graph_.nodes[g].links) {
+      if (!walked_[l]) walk(g, l);
+    }
+  }
+  for (std::uint32_t l = 0; l < graph_.links.size(); ++l) {
+    if (!walked_[l]) walk(graph_.links[l].from, l);
+  }
+  around_.resize(out_.nodes.size());
+  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
+    if (!junction(g) || plan_of_[g] == kNone) continue;
+    for (const std::int64_t s : slot_of_link_[g]) {
+      if (s >= 0) around_[plan_of_[g]].push_back({static_cast<std::uint32_t>(s / 2), s % 2 == 0});
+    }
+  }
+  make_border();
+  make_regions();
+}
+
+}  // namespace
+
+bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const PlanCurve& curve, Label left, Label right,
+                      const PlanNode& a, const PlanNode& b, double s, PlanNode& node) {
+  const Vec2 p(a.x, a.y), q(b.x, b.y);
+  const Vec2 chord = q - p;
+  const auto height_at = [](const PlanNode& n, Label label, double fallback) {
+    for (const LabelHeight& h : n.heights) {
+      if (h.label == label) return h.z;
+    }
+    return fallback;
+  };
+  // The label whose face the curve lies on for sure.
+  const Label own = left != kNoLabel && solver.ref_of(left) == curve.first ? left : right;
+  const double za = height_at(a, own, 0), zb = height_at(b, own, za);
+  double t = 0, z = za + s * (zb - za);
+  const Vec2 middle = p + s * chord, across(-chord.y(), chord.x());
+  if (!solver.on_line(curve, middle, across, t, z)) return false;
+  if (!(std::fabs(t) <= 0.75)) return false;
+  node = PlanNode{};
+  node.x = middle.x() + t * across.x();
+  node.y = middle.y() + t * across.y();
+  if (curve.type == CurveType::kMeet) {
+    if (left != kNoLabel) node.heights.push_back({left, z});
+    if (right != kNoLabel) node.heights.push_back({right, z});
+  } else {
+    const Label other = own == left ? right : left;
+    if (own != kNoLabel) node.heights.push_back({own, z});
+    if (other != kNoLabel) {
+      double zo = 0;
+      if (!solver.height(other, node.x, node.y, zo)) zo = height_at(a, other, z);
+      if (std::fabs(zo - z) <= 1e-9 * surface.size) zo = z;
+      node.heights.push_back({other, zo});
+    }
+  }
+  return true;
+}
+
+Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& domain, const ArrangementOptions& asked) {
+  const Impl& surface = compound.impl();
+  ArrangementOptions options = asked;
+  const double longer = std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
+  if (!(options.least > 0)) options.least = std::ldexp(longer, -22);
+  const double inset = 8 * surface.tie;
+  const PlanBox inner{domain.x0 + inset, domain.x1 - inset, domain.y0 + inset, domain.y1 - inset};
+  TreeLimits limits;
+  limits.least = options.least;
+  limits.flat = std::fmax(1e-9 * surface.size, 1e-4 * options.tolerance);
+  CellTree tree(surface, inner, limits);
+  CellGraph graph = make_graph(surface, tree, options);
+  Arrangement out;
+  out.box = domain;
+  out.uncertified_area = graph.uncertified_area;
+  out.cells = tree.cells.size();
+  for (const TreeCell& c : tree.cells) out.least_cells += c.kind == CellKind::kLeast ? 1u : 0u;
+  ArcMaker(surface, graph, domain, inner, out).make();
+  bool any = false;
+  for (const PlanRegion& region : out.regions) any = any || region.label != kNoLabel;
+  if (!any) {
+    return Error{ErrorCode::kInput, "no vertical line of the domain meets the surface: nothing to tessellate",
+                 {surface.program.file}};
+  }
+  return out;
+}
+
+}  // namespace diesink

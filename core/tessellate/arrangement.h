@@ -1,0 +1,73 @@
+// The labelled plan of a die: arcs along which two faces meet or one ends, corners, and the regions between them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/compound/compound_impl.h"
+#include "core/result.h"
+#include "core/tessellate/plan_curve.h"
+
+namespace diesink {
+
+// A label's height at a plan point that lies on several.
+struct LabelHeight {
+  Label label = kNoLabel;
+  double z = 0;
+};
+
+// A point of the plan where an arc passes, ends or meets others.
+struct PlanNode {
+  double x = 0, y = 0;
+  std::vector<LabelHeight> heights;  // one a label that touches the point; equal heights are equal to the bit
+  bool corner = false;
+  bool border = false;               // on the domain's border
+  bool solved = true;                // false: found by halving or as the middle of a least cell
+};
+
+// Labels are seen travelling from the first node to the last.
+struct PlanArc {
+  std::vector<std::uint32_t> nodes;  // closed arcs repeat the first node at the end
+  std::vector<PlanCurve> curves;     // one a stretch between nodes; the border's are of type kUnsolved
+  Label left = kNoLabel, right = kNoLabel;
+  bool closed = false;
+  bool border = false;               // a stretch of the domain's border, the domain on its left
+};
+
+// A directed arc of a loop.
+struct ArcUse {
+  std::uint32_t arc = 0;
+  bool forward = true;
+};
+
+// A connected area of one label: its outer loop anticlockwise, then its holes clockwise.
+struct PlanRegion {
+  Label label = kNoLabel;  // kNoLabel: no surface
+  std::vector<std::vector<ArcUse>> loops;
+};
+
+struct Arrangement {
+  PlanBox box;  // the domain; border nodes lie on it exactly
+  std::vector<PlanNode> nodes;
+  std::vector<PlanArc> arcs;
+  std::vector<PlanRegion> regions;
+  double uncertified_area = 0;  // plan area of least cells that are not small beside the tolerance
+  std::size_t cells = 0, least_cells = 0;
+};
+
+struct ArrangementOptions {
+  double tolerance = 0;  // of the tessellation; decides what is too small to matter, never what is found above it
+  double least = 0;      // least cell; 0 = 2^-22 of the domain's longer side
+};
+
+// The exact point of a curve over the chord from a to b, at the fraction s of the chord, with the heights of both
+// labels. False where it is not found close to the chord.
+bool point_on_stretch(const CompoundSurface::Impl& surface, const CurveSolver& solver, const PlanCurve& curve,
+                      Label left, Label right, const PlanNode& a, const PlanNode& b, double s, PlanNode& node);
+
+// Errors: kInput where no vertical line of the domain meets the surface.
+// Source: docs/tessellation.md; the maximization diagram of a lower or upper envelope, with `-` terms.
+Result<Arrangement> arrange(const CompoundSurface& surface, const PlanBox& domain, const ArrangementOptions& options);
+
+}  // namespace diesink

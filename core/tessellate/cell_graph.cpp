@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/cell_graph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+// Where a change lies on a cell's border: side 0 bottom, 1 right, 2 top, 3 left.
+struct OnBorder {
+  std::int32_t info = 0;
+  std::uint8_t side = 0;
+  std::uint32_t node = 0;
+};
+
+// A label change as a cell sees it, going round it anticlockwise.
+struct Item {
+  double position = 0;  // along the way round
+  std::uint32_t node = 0;
+  Label before = kNoLabel, after = kNoLabel;
+};
+
+class GraphMaker {
+ public:
+  GraphMaker(const Impl& surface, CellTree& tree, const ArrangementOptions& options)
+      : surface_(surface), tree_(tree), options_(options), solver_(surface), vertices_(body_vertices(surface)) {}
+
+  CellGraph make();
+
+ private:
+  struct Sample {
+    Vec2 p;
+    LineState state;
+  };
+
+  [[nodiscard]] TreeCell& cell(std::int32_t i) { return tree_.cells[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] Sample sample(const Vec2& p) const { return {p, surface_.evaluate(p.x(), p.y())}; }
+
+  void inside(std::int32_t c);
+  void beside(std::int32_t a, std::int32_t b, bool upright);
+  void on_border(std::int32_t c, std::uint8_t side);
+  void segment(std::int32_t a, std::int32_t b, bool upright);
+  void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth);
+  void add_change(const Sample& p, const Sample& q);
+
+  void join(std::int32_t info, const std::vector<OnBorder>& found);
+  void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
+  bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
+  bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);
+  std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one, const PlanCurve* two,
+                           double z1, double z2, const Vec3* vertex);
+
+  const Impl& surface_;
+  CellTree& tree_;
+  const ArrangementOptions& options_;
+  CurveSolver solver_;
+  std::vector<BodyVertices> vertices_;
+  CellGraph graph_;
+  std::vector<OnBorder> found_;
+  std::vector<std::int32_t> to_split_;
+  std::uint32_t first_new_ = 0;
+};
+
+// Both leaves of every stretch of common border, by descent; a plain leaf has no change on its border.
+void GraphMaker::inside(std::int32_t c) {
+  const std::int32_t child = cell(c).child;
+  if (child < 0) return;
+  for (std::int32_t k = 0; k < 4; ++k) inside(child + k);
+  beside(child, child + 1, true);
+  beside(child + 2, child + 3, true);
+  beside(child, child + 2, false);
+  beside(child + 1, child + 3, false);
+}
+
+void GraphMaker::beside(std::int32_t a, std::int32_t b, bool upright) {
+  const std::int32_t ca = cell(a).child, cb = cell(b).child;
+  if ((ca < 0 && cell(a).info < 0) || (cb < 0 && cell(b).info < 0)) return;
+  if (ca < 0 && cb < 0) {
+    segment(a, b, upright);
+    return;
+  }
+  // Children of a on the common border, and of b.
+  const std::int32_t a0 = ca < 0 ? a : upright ? ca + 1 : ca + 2, a1 = ca < 0 ? a : ca + 3;
+  const std::int32_t b0 = cb < 0 ? b : cb, b1 = cb < 0 ? b : upright ? cb + 2 : cb + 1;
+  beside(a0, b0, upright);
+  beside(a1, b1, upright);
+}
+
+void GraphMaker::on_border(std::int32_t c, std::uint8_t side) {
+  const std::int32_t child = cell(c).child;
+  if (child >= 0) {
+    static constexpr std::int32_t kOnSide[4][2] = {{0, 1}, {1, 3}, {2, 3}, {0, 2}};
+    on_border(child + kOnSide[side][0], side);
+    on_border(child + kOnSide[side][1], side);
+    return;
+  }
+  if (cell(c).info < 0) return;
+  const PlanBox& b = cell(c).box;
+  const Vec2 p(side == 1 ? b.x1 : b.x0, side == 2 ? b.y1 : b.y0);
+  const Vec2 q(side == 3 ? b.x0 : b.x1, side == 0 ? b.y0 : b.y1);
+  first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
+  search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(cell(c).info)].steps, 0);
+  for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
+    graph_.nodes[n].border = true;
+    found_.push_back({cell(c).info, side, n});
+  }
+}
+
+void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
+  // The smaller cell's side; its own steps are the fewer.
+  const bool a_smaller = cell(a).level >= cell(b).level;
+  const PlanBox& box = cell(a_smaller ? a : b).box;
+  Vec2 p, q;
+  if (upright) {
+    const double x = a_smaller ? box.x1 : box.x0;
+    p = Vec2(x, box.y0);
+    q = Vec2(x, box.y1);
+  } else {
+    const double y = a_smaller ? box.y1 : box.y0;
+    p = Vec2(box.x0, y);
+    q = Vec2(box.x1, y);
+  }
+  const std::int32_t ia = cell(a).info, ib = cell(b).info;
+  first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
+  search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(a_smaller ? ia : ib)].steps, 0);
+  for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
+    found_.push_back({ia, static_cast<std::uint8_t>(upright ? 1 : 2), n});
+    found_.push_back({ib, static_cast<std::uint8_t>(upright ? 3 : 0), n});
+  }
+}
+
+void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth) {
+  std::vector<std::uint32_t> here = steps;
+  CellVerdict verdict;
+  const CellBox box = CellBox::of({p.p.x(), q.p.x(), p.p.y(), q.p.y()});
+  classify(surface_, vertices_, box, here, 0, verdict);
+  if (verdict.kind == CellKind::kPlain && p.state.label == q.state.label) return;
+  const bool along_y = box.hy > box.hx;
+  bool single = false;
+  if (!verdict.functions.full && verdict.functions.count == 1) {
+    const PlanFunction& f = verdict.functions[0];
+    single = along_y ? f.regular_y() : f.regular_x();
+  }
+  const double length = 2 * std::fmax(box.hx, box.hy);
+  if (single || length <= 0.25 * options_.least || depth > 60) {
+    if (p.state.label != q.state.label) add_change(p, q);
+    return;
+  }
+  const Sample mid = sample(0.4931 * p.p + 0.5069 * q.p);
+  search(p, mid, here, depth + 1);
+  search(mid, q, here, depth + 1);
+}
+
+void GraphMaker::add_change(const Sample& p, const Sample& q) {
+  const CurveSolver::Change change = solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z);
+  GraphNode node;
+  node.x = change.at.x;
+  node.y = change.at.y;
+  // The line the change was looked for on keeps its own coordinate to the bit.
+  if (p.p.x() == q.p.x()) {
+    node.x = p.p.x();
+    node.y = std::clamp(node.y, p.p.y(), q.p.y());
+  } else {
+    node.y = p.p.y();
+    node.x = std::clamp(node.x, p.p.x(), q.p.x());
+  }
+  node.low = p.state.label;
+  node.high = q.state.label;
+  node.curve = change.curve;
+  node.solved = change.curve.type != CurveType::kUnsolved;
+  if (node.low != kNoLabel) node.heights.push_back({node.low, change.za});
+  if (node.high != kNoLabel) node.heights.push_back({node.high, change.zb});
+  graph_.nodes.push_back(std::move(node));
+}
+
+void GraphMaker::link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve) {
+  const auto id = static_cast<std::uint32_t>(graph_.links.size());
+  graph_.links.push_back({from, to, left, right, curve});
+  graph_.nodes[from].links.push_back(id);
+  graph_.nodes[to].links.push_back(id);
+}
+
+bool matches(const Item& a, const Item& b) { return a.before == b.after && a.after == b.before; }
+
+// Joins changes two by two without crossings; false (and nothing done) where they do not pair up.
+bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve) {
+  const std::size_t n = items.size();
+  if (n % 2 != 0) return false;
+  std::vector<std::size_t> mate(n, n);
+  if (by_curve) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        if (i == j || !matches(items[i], items[j])) continue;
+        if (!graph_.nodes[items[i].node].curve.same_as(graph_.nodes[items[j].node].curve)) continue;
+        if (mate[i] != n) return false;  // not unique
+        mate[i] = j;
+      }
+      if (mate[i] == n) return false;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      if (mate[mate[i]] != i) return false;
+      for (std::size_t j = i + 1; j < mate[i]; ++j) {  // chords must not cross
+        if (mate[j] < i || mate[j] > mate[i]) return false;
+      }
+    }
+  } else {
+    std::vector<std::size_t> order(n);
+    for (std::size_t i = 0; i < n; ++i) order[i] = i;
+    const bool by_y = info.sorted_by_y;
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
+      const GraphNode &a = graph_.nodes[items[i].node], &b = graph_.nodes[items[j].node];
+      return by_y ? a.y < b.y : a.x < b.x;
+    });
+    for (std::size_t k = 0; k < n; k += 2) {
+      if (!matches(items[order[k]], items[order[k + 1]])) return false;
+      if (!graph_.nodes[items[order[k]].node].curve.same_as(graph_.nodes[items[order[k + 1]].node].curve)) return false;
+      mate[order[k]] = order[k + 1];
+      mate[order[k + 1]] = order[k];
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (mate[i] > i) {
+      link(items[i].node, items[mate[i]].node, items[i].before, items[i].after, graph_.nodes[items[i].node].curve);
+    }
+  }
+  return true;
+}
+
+std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
+                                     const PlanCurve* two, double z1, double z2, const Vec3* vertex) {
+  GraphNode node;
+  node.corner = true;
+  node.x = at.x();
+  node.y = at.y();
+  node.solved = one != nullptr || vertex != nullptr;
+  const double close = 1e-9 * surface_.size;
+  const auto lies_on = [](const PlanCurve& c, const SurfaceRef& r) {
+    return c.first == r || (c.type == CurveType::kMeet && c.second == r);
+  };
+  for (const Item& item : items) {
+    const Label label = item.after;
+    if (label == kNoLabel) continue;
+    const SurfaceRef ref = solver_.ref_of(label);
+    double z = 0;
+    bool known = false;
+    if (one != nullptr && lies_on(*one, ref)) {
+      z = z1;
+      known = true;
+    } else if (two != nullptr && lies_on(*two, ref)) {
+      z = z2;
+      known = true;
+    } else {
+      known = solver_.height(label, at.x(), at.y(), z);
+      if (vertex != nullptr && (!known || std::fabs(z - vertex->z()) <= 1e-6 * surface_.size)) {
+        z = vertex->z();
+        known = true;
+      }
+      // On a silhouette the root is half-precise; its double root is not.
+      double zs = 0;
+      if (solver_.silhouette_height(label, at.x(), at.y(), zs) && (!known || std::fabs(zs - z) <= 1e-6 * surface_.size)) {
+        z = zs;
+        known = true;
+      }
+    }
+    if (!known) {
+      // The face does not reach the point by rounding: take the nearest change that knows it.
+      for (const LabelHeight& h : graph_.nodes[item.node].heights) {
+        if (h.label == label) z = h.z;
+      }
+    }
+    bool seen = false;
+    for (const LabelHeight& h : node.heights) seen = seen || h.label == label;
+    if (!seen) node.heights.push_back({label, z});
+  }
+  // Heights that are one height are one number.
+  for (std::size_t i = 0; i < node.heights.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (std::fabs(node.heights[i].z - node.heights[j].z) <= close) node.heights[i].z = node.heights[j].z;
+    }
+  }
+  const auto id = static_cast<std::uint32_t>(graph_.nodes.size());
+  graph_.nodes.push_back(std::move(node));
+  for (const Item& item : items) {
+    // Seen from the corner outwards: the label behind the item (anticlockwise before it) is on the right.
+    link(id, item.node, item.after, item.before, graph_.nodes[item.node].curve);
+  }
+  return id;
+}
+
+bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c, const std::vector<Item>& items) {
+  const PlanBox& b = c.box;
+  const double margin = (c.kind == CellKind::kLeast ? 1.0 : 1e-6) * std::fmax(b.x1 - b.x0, b.y1 - b.y0);
+  const auto within = [&](const Vec2& p) {
+    return p.x() >= b.x0 - margin && p.x() <= b.x1 + margin && p.y() >= b.y0 - margin && p.y() <= b.y1 + margin;
+  };
+  if (info.has_vertex) {
+    add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
+    return true;
+  }
+  Vec2 middle = Vec2::Zero();
+  for (const Item& item : items) middle += Vec2(graph_.nodes[item.node].x, graph_.nodes[item.node].y);
+  middle /= static_cast<double>(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    for (std::size_t j = i + 1; j < items.size(); ++j) {
+      const GraphNode &m = graph_.nodes[items[i].node], &n = graph_.nodes[items[j].node];
+      if (m.curve.same_as(n.curve)) continue;
+      const auto own_height = [&](const GraphNode& node) {
+        const SurfaceRef& r = node.curve.first;
+        for (const LabelHeight& h : node.heights) {
+          if (solver_.ref_of(h.label) == r) return h.z;
+        }
+        return node.heights.empty() ? 0.0 : node.heights.front().z;
+      };
+      Vec2 at = middle;
+      double z1 = own_height(m), z2 = own_height(n);
+      const PlanCurve one = m.curve, two = n.curve;
+      if (!solver_.corner(one, two, at, z1, z2) || !within(at)) continue;
+      if (c.kind == CellKind::kLeast) {
+        // Tiny cells lie on the corner; their own box is the better bound.
+        at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);
+        at.y() = std::clamp(at.y(), b.y0 - margin, b.y1 + margin);
+      }
+      add_corner(items, at, &one, &two, z1, z2, nullptr);
+      return true;
+    }
+  }
+  if (c.kind != CellKind::kLeast) return false;
+  add_corner(items, middle, nullptr, nullptr, 0, 0, nullptr);
+  return true;
+}
+
+void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
+  const CellInfo& info = tree_.infos[static_cast<std::size_t>(i)];
+  const TreeCell c = cell(info.cell);
+  std::vector<Item> items;
+  for (const OnBorder& f : found) {
+    const GraphNode& n = graph_.nodes[f.node];
+    const double w = c.box.x1 - c.box.x0, h = c.box.y1 - c.box.y0;
+    Item item;
+    item.node = f.node;
+    const bool ahead = f.side == 0 || f.side == 1;  // the way round goes with the coordinate
+    item.before = ahead ? n.low : n.high;
+    item.after = ahead ? n.high : n.low;
+    switch (f.side) {
+      case 0: item.position = n.x - c.box.x0; break;
+      case 1: item.position = w + (n.y - c.box.y0); break;
+      case 2: item.position = w + h + (c.box.x1 - n.x); break;
+      default: item.position = 2 * w + h + (c.box.y1 - n.y); break;
+    }
+    items.push_back(item);
+  }
+  // Changes at one place keep the order in which the segment was searched, upwards.
+  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.position < b.position; });
+  for (std::size_t k = 0; k + 1 < items.size(); ++k) {
+    if (items[k].after != items[k + 1].before && items[k].position == items[k + 1].position &&
+        items[k + 1].after == items[k].before) {
+      std::swap(items[k], items[k + 1]);
+    }
+  }
+  bool round = true;
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    round = round && items[k].after == items[(k + 1) % items.size()].before;
+  }
+  const bool least = c.kind == CellKind::kLeast;
+  if (least) {
+    const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
+    // A least cell is harmless where nothing in it is farther from its corner than the tolerance sees.
+    if (width > 0.05 * options_.tolerance) {
+      graph_.uncertified_area += info.depth <= 0.25 * options_.tolerance ? 0 : (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
+    }
+  }
+  if (items.empty()) return;
+  bool done = false;
+  if (round) {
+    if (c.kind == CellKind::kArc) {
+      done = join_pairs(info, items, false) || (items.size() == 2 && join_corner(info, c, items));
+    } else if (info.has_vertex) {
+      done = join_corner(info, c, items);
+    } else {
+      done = join_pairs(info, items, true) || join_corner(info, c, items);
+    }
+  } else if (least) {
+    done = join_corner(info, c, items);
+  }
+  if (!done) to_split_.push_back(info.cell);
+}
+
+CellGraph GraphMaker::make() {
+  // Each round the cells that did not join are split; the least cells always join, so it ends.
+  for (int pass = 0; pass < 40; ++pass) {
+    graph_ = {};
+    found_.clear();
+    to_split_.clear();
+    for (const std::int32_t root : tree_.roots) inside(root);
+    const int nx = tree_.columns, ny = tree_.rows;
+    const auto root = [&](int i, int j) { return tree_.roots[static_cast<std::size_t>(j * nx + i)]; };
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        if (i + 1 < nx) beside(root(i, j), root(i + 1, j), true);
+        if (j + 1 < ny) beside(root(i, j), root(i, j + 1), false);
+        if (j == 0) on_border(root(i, j), 0);
+        if (i + 1 == nx) on_border(root(i, j), 1);
+        if (j + 1 == ny) on_border(root(i, j), 2);
+        if (i == 0) on_border(root(i, j), 3);
+      }
+    }
+    std::stable_sort(found_.begin(), found_.end(), [](const OnBorder& a, const OnBorder& b) { return a.info < b.info; });
+    std::vector<OnBorder> own;
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < tree_.infos.size(); ++i) {
+      own.clear();
+      while (k < found_.size() && found_[k].info == static_cast<std::int32_t>(i)) own.push_back(found_[k++]);
+      if (tree_.infos[i].cell >= 0) join(static_cast<std::int32_t>(i), own);
+    }
+    if (to_split_.empty()) break;
+    for (const std::int32_t c : to_split_) {
+      const PlanBox b = cell(c).box;
+      if (std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least) {
+        cell(c).kind = CellKind::kLeast;
+      } else {
+        tree_.split_leaf(c);
+      }
+    }
+  }
+  return std::move(graph_);
+}
+
+}  // namespace
+
+CellGraph make_graph(const Impl& surface, CellTree& tree, const ArrangementOptions& options) {
+  return GraphMaker(surface, tree, options).make();
+}
+
+}  // namespace diesink
