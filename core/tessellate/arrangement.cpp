@@ -339,27 +339,31 @@ bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const Plan
     }
     return fallback;
   };
-  // The label whose face the curve lies on for sure.
-  const Label own = left != kNoLabel && solver.ref_of(left) == curve.first ? left : right;
-  const double za = height_at(a, own, 0), zb = height_at(b, own, za);
-  double t = 0, z = za + s * (zb - za);
   const Vec2 middle = p + s * chord, across(-chord.y(), chord.x());
+  double t = 0, z = 0;
+  if (curve.type == CurveType::kMeet) {
+    const Label own = left != kNoLabel && solver.ref_of(left) == curve.first ? left : right;
+    const double za = height_at(a, own, 0);
+    z = za + s * (height_at(b, own, za) - za);
+  } else {
+    z = solver.shadow_height(curve, middle.x(), middle.y());
+  }
   if (!solver.on_line(curve, middle, across, t, z)) return false;
   if (!(std::fabs(t) <= 0.75)) return false;
   node = PlanNode{};
   node.x = middle.x() + t * across.x();
   node.y = middle.y() + t * across.y();
-  if (curve.type == CurveType::kMeet) {
-    if (left != kNoLabel) node.heights.push_back({left, z});
-    if (right != kNoLabel) node.heights.push_back({right, z});
-  } else {
-    const Label other = own == left ? right : left;
-    if (own != kNoLabel) node.heights.push_back({own, z});
-    if (other != kNoLabel) {
-      double zo = 0;
-      if (!solver.height(other, node.x, node.y, zo)) zo = height_at(a, other, z);
-      if (std::fabs(zo - z) <= 1e-9 * surface.size) zo = z;
-      node.heights.push_back({other, zo});
+  for (const Label label : {left, right}) {
+    if (label == kNoLabel) continue;
+    double own = z;
+    const bool on_curve = curve.type == CurveType::kMeet || solver.ref_of(label) == curve.first;
+    if (!on_curve && !solver.height(label, node.x, node.y, own)) own = height_at(a, label, z);
+    node.heights.push_back({label, own});
+  }
+  if (node.heights.size() == 2) {  // a wall too low to be one
+    LabelHeight &l = node.heights[0], &r = node.heights[1];
+    if (std::fabs(l.z - r.z) <= 1e-9 * surface.size) {
+      (solver.ref_of(l.label) == curve.first ? r.z : l.z) = solver.ref_of(l.label) == curve.first ? l.z : r.z;
     }
   }
   return true;

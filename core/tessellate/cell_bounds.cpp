@@ -68,6 +68,13 @@ Quadratic side_on(const SideQuadratic& s, double dx, double dy, const Linear& pl
   return q;
 }
 
+void set_height(PlanFunction& f, const Linear& plane) {
+  f.has_height = true;
+  f.hc = plane.c;
+  f.hgx = plane.gx;
+  f.hgy = plane.gy;
+}
+
 Range scale(Range r, double f) {
   return f >= 0 ? Range{r.lo * f, r.hi * f} : Range{r.hi * f, r.lo * f};
 }
@@ -235,6 +242,7 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
     has_disc = true;
     if (disc.hi < -s.disc_slack) return;
     mid = {s.cz - (s.b0 + s.bx * dx + s.by * dy) / s.q2, -s.bx / s.q2, -s.by / s.q2};
+    set_height(disc, mid);
     bool on_body = disc.lo <= s.disc_slack;
     // Where the silhouette's height is beyond a cap for sure, the rim is the border, not the
     // silhouette.
@@ -255,8 +263,9 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
   for (const PlanarCap& u : body.upper_caps()) {
     for (const PlanarCap& l : body.lower_caps()) {
       const Linear a = cap_at(u, dx, dy), b = cap_at(l, dx, dy);
-      const PlanFunction f = function_of({a.c - b.c, a.gx - b.gx, a.gy - b.gy, 0, 0, 0}, box,
-                                         PlanFunction::Kind::kShadow, step.solid, id++);
+      PlanFunction f = function_of({a.c - b.c, a.gx - b.gx, a.gy - b.gy, 0, 0, 0}, box,
+                                   PlanFunction::Kind::kShadow, step.solid, id++);
+      set_height(f, a);
       if (f.hi < -slack) return;
       if (f.lo <= slack) out.shadow.push(f);
     }
@@ -275,6 +284,7 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
     q = {-q.v, -q.gx, -q.gy, -q.hxx, -q.hxy, -q.hyy};  // positive where the cap is inside the side
     RimOver r;
     r.f = function_of(q, box, PlanFunction::Kind::kRim, step.solid, 300u + cap.face);
+    set_height(r.f, l);
     // Height of the cap above the silhouette, towards the cap's own side.
     Range above{-kInf, kInf};
     if (between) {
@@ -499,6 +509,8 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
     height = &f;
   }
   if (implicit != nullptr) {
+    p.implicit_side = true;
+    p.implicit_label = implicit->label;
     const SideQuadratic& s = surface.bodies[static_cast<std::size_t>(implicit->solid)].side();
     const double dx = box.x - s.cx, dy = box.y - s.cy;
     const bool planar = height->solid >= 0 ? !height->side : false;

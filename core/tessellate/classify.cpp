@@ -14,6 +14,8 @@ using Impl = CompoundSurface::Impl;
 // The expression so far over the box.
 struct StateOver {
   FaceList faces;
+  // Rows cut away for sure by a later `-` that spares others: their shadows still part what the cut spares.
+  ShortList<std::int32_t, 16> ghosts;
   bool hole = true;  // may be undefined somewhere
 };
 
@@ -45,6 +47,7 @@ bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double t
 void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign, const CellBox& box, double tie) {
   if (sign < 0 && state.faces.count == 0) return;
   FaceList next;
+  ShortList<std::int32_t, 16> cut;
   const auto beats = [&](const FaceOver& f, const FaceOver& g) {
     return sign > 0 ? surely_above(f, g, box, tie) : surely_above(g, f, box, tie);
   };
@@ -55,7 +58,16 @@ void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign,
     // Gone where the term is there for sure and each face it may show is beyond c.
     bool beaten = !faces_hole && faces.count > 0;
     for (const FaceOver& f : faces) beaten = beaten && beats(f, c);
-    if (!beaten) next.push(c);
+    if (!beaten) {
+      next.push(c);
+    } else if (sign < 0) {
+      cut.push(row_of(c.label));
+    }
+  }
+  if (next.count == 0 && !(sign > 0 && state.hole && faces_hole)) {
+    state.ghosts.clear();  // nothing of the state is left: what was under it does not matter
+  } else {
+    for (const std::int32_t row : cut) state.ghosts.push(row);
   }
   for (const FaceOver& f : faces) {
     bool lost = !(sign > 0 && state.hole) && state.faces.count > 0;
@@ -94,6 +106,24 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
   return l1 - h2 > 0 || h1 - l2 < 0;  // false for NaN
 }
 
+// A silhouette and a crossing of the same face: the wall at the silhouette fades to nothing where the other surface
+// reaches the silhouette's height, and from there on the faces meet. With q on the other surface
+// phi = q2 l² - disc / q2 (l: middle plane above it), the face shows where l >= 0 and disc >= 0, or l < 0 and
+// phi <= 0: one arc, if both are graphs over the same axis, rising the same way.
+bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellVerdict& v) {
+  const bool f_first = f.kind == PlanFunction::Kind::kSilhouette;
+  const PlanFunction& silhouette = f_first ? f : g;
+  const PlanFunction& crossing = f_first ? g : f;
+  if (silhouette.kind != PlanFunction::Kind::kSilhouette || crossing.kind != PlanFunction::Kind::kCrossing) return false;
+  if (v.hole || !crossing.implicit_side) return false;
+  bool own = false;
+  for (const FaceOver& c : v.candidates) {
+    own = own || (c.solid == silhouette.solid && c.side && c.label == crossing.implicit_label);
+  }
+  const auto opposed = [](const Range& a, const Range& b) { return (a.lo > 0 && b.hi < 0) || (a.hi < 0 && b.lo > 0); };
+  return own && (opposed(silhouette.gx, crossing.gx) || opposed(silhouette.gy, crossing.gy));
+}
+
 bool contains(const CellBox& box, const Vec3& p) {
   return std::fabs(p.x() - box.x) <= box.hx && std::fabs(p.y() - box.y) <= box.hy;
 }
@@ -116,6 +146,10 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     if (v.kind == CellKind::kArc) return;
   }
   if (fs.count == 2 && fs[0].regular() && fs[1].regular() && is_transverse(fs[0], fs[1])) {
+    v.kind = CellKind::kCorner;
+    return;
+  }
+  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], v)) {
     v.kind = CellKind::kCorner;
     return;
   }
@@ -221,15 +255,15 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
   verdict = CellVerdict{};
   struct Seen {  // a body that is partly there or shows several faces: its functions may matter
     std::int32_t row;
-    int first_shadow, shadows, first_rim, rims, first_face, faces;
+    int first_shadow, shadows, first_rim, rims;
   };
   ShortList<Seen, 24> seen;
   ShortList<PlanFunction, 96> shadows, rims;
-  ShortList<FaceOver, 64> own_faces;
   FunctionList outline;
   StateOver state;
   std::vector<StateOver> stack;  // groups only: empty and free of cost without them
   std::size_t kept = 0;
+  bool crowded = false;          // more faces than a list holds: the cell is split whatever else it holds
   BodyOver body;
   FaceList base_faces;
   for (std::size_t n = 0; n < steps.size(); ++n) {
@@ -245,12 +279,14 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       const StateOver group = state;
       state = stack.back();
       stack.pop_back();
+      crowded = crowded || group.faces.full;
       steps[kept++] = i;
+      for (const std::int32_t row : group.ghosts) state.ghosts.push(row);
       if (group.faces.count > 0) combine(state, group.faces, group.hole, 1, box, tie);
       continue;
     }
     const int sign = step.sign == Sign::kPlus ? 1 : -1;
-    if (sign < 0 && state.faces.count == 0) continue;
+    if (sign < 0 && state.faces.count == 0 && !crowded) continue;
     if (step.solid < 0) {
       FaceOver face;
       const Coverage coverage = base_over(surface, step, box, face, outline);
@@ -263,29 +299,40 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
     body_over(surface, step, sign > 0, box, body);
     if (body.coverage == Coverage::kOutside) continue;
+    if (crowded) {
+      steps[kept++] = i;
+      continue;
+    }
     combine(state, body.faces, body.coverage != Coverage::kInside, sign, box, tie);
-    // A step whose faces cannot show anywhere in the box is of no more use below it.
-    bool shows = false;
+    crowded = state.faces.full;
+    // A step whose faces can never be the value so far anywhere in the box is of no more use below it. A list that
+    // overflowed cannot tell.
+    bool shows = state.faces.full;
     for (const FaceOver& f : state.faces) shows = shows || row_of(f.label) == step.row;
     if (!shows) continue;
     steps[kept++] = i;
     if (body.shadow.count == 0 && body.rims.count == 0) continue;
-    seen.push({step.row, shadows.count, body.shadow.count, rims.count, body.rims.count, own_faces.count,
-               body.faces.count});
+    seen.push({step.row, shadows.count, body.shadow.count, rims.count, body.rims.count});
     for (const PlanFunction& f : body.shadow) shadows.push(f);
     for (const PlanFunction& f : body.rims) rims.push(f);
-    for (const FaceOver& f : body.faces) own_faces.push(f);
   }
   steps.resize(kept);
+  if (crowded) return;
   verdict.candidates = state.faces;
   verdict.hole = state.hole;
   FunctionList& fs = verdict.functions;
-  fs.full = seen.full || shadows.full || rims.full || own_faces.full;
+  fs.full = seen.full || state.ghosts.full || shadows.full || rims.full;
   if (fs.full) return;
 
   const auto candidate = [&](Label label) {
     for (const FaceOver& f : state.faces) {
       if (f.label == label) return true;
+    }
+    return false;
+  };
+  const auto shows_row = [&](std::int32_t row) {
+    for (const FaceOver& f : state.faces) {
+      if (row_of(f.label) == row) return true;
     }
     return false;
   };
@@ -304,24 +351,21 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
   verdict.depth = state.faces.count > 0 ? top - bottom : 0;
 
   for (const Seen& b : seen) {
-    bool relevant = false;
-    for (const FaceOver& f : state.faces) relevant = relevant || row_of(f.label) == b.row;
+    bool relevant = shows_row(b.row);
+    for (const std::int32_t row : state.ghosts) relevant = relevant || row == b.row;
     if (!relevant) continue;
     for (int i = b.first_shadow; i < b.first_shadow + b.shadows; ++i) {
       const PlanFunction& f = shadows[i];
-      if (f.kind == PlanFunction::Kind::kSilhouette) {
-        // Hidden where the silhouette's height (the middle plane) loses to everything else for sure.
+      if (f.has_height && shows_row(b.row)) {
+        // Hidden where the body's height on the line loses to everything else for sure.
+        const bool plus = surface.steps[surface.step_of_row[static_cast<std::size_t>(b.row)]].sign == Sign::kPlus;
         bool hidden = !verdict.hole;
         int others = 0;
-        for (int k = b.first_face; k < b.first_face + b.faces; ++k) {
-          const FaceOver& own = own_faces[k];
-          if (!own.has_mid) continue;
-          for (const FaceOver& c : state.faces) {
-            if (row_of(c.label) == b.row) continue;
-            ++others;
-            const double reach = std::fabs(own.mgx - c.gx) * box.hx + std::fabs(own.mgy - c.gy) * box.hy;
-            hidden = hidden && (own.upper ? own.mc - c.c + reach - c.lo <= tie : own.mc - c.c - reach - c.hi >= -tie);
-          }
+        for (const FaceOver& c : state.faces) {
+          if (row_of(c.label) == b.row) continue;
+          ++others;
+          const double reach = std::fabs(f.hgx - c.gx) * box.hx + std::fabs(f.hgy - c.gy) * box.hy;
+          hidden = hidden && (plus ? f.hc - c.c + reach - c.lo <= tie : f.hc - c.c - reach - c.hi >= -tie);
         }
         if (hidden && others > 0) continue;
       }

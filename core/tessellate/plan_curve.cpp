@@ -57,6 +57,26 @@ bool CurveSolver::silhouette_height(Label label, double x, double y, double& z) 
   return true;
 }
 
+double CurveSolver::shadow_height(const PlanCurve& curve, double x, double y) const {
+  const BodyLine& body = surface_->bodies[static_cast<std::size_t>(curve.first.solid)];
+  const SideQuadratic& s = body.side();
+  double z = 0;
+  if (curve.second.face == SurfaceRef::kSilhouetteFace && s.q2 > 0) {
+    return s.cz - (s.b0 + s.bx * (x - s.cx) + s.by * (y - s.cy)) / s.q2;
+  }
+  // A cap is flat: its height is the curve's wherever the curve is. Else the side, on either sheet.
+  for (const SurfaceRef& ref : {curve.first, curve.second}) {
+    if (body.has_side() && ref.face == kFaceSide) continue;
+    for (const bool upper : {true, false}) {
+      if (body.face_height(ref.face, upper, x, y, z)) return z;
+    }
+  }
+  for (const bool upper : {true, false}) {
+    if (body.face_height(curve.first.face, upper, x, y, z)) return z;
+  }
+  return 0.5 * (body.z_low() + body.z_high());
+}
+
 bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t, double& z) const {
   if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return false;
   const Implicit f = implicit(curve.first), g = implicit(curve.second);
@@ -143,6 +163,13 @@ bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d
   return t >= -1e-9 && t <= 1 + 1e-9;  // of the bracket: the halvings may have ended beside the root by rounding
 }
 
+bool CurveSolver::on_sheet(Label label, const Vec2& p, double z) const {
+  double middle = 0;
+  if (!silhouette_height(label, p.x(), p.y(), middle)) return true;
+  const bool plus = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
+  return plus ? z >= middle - 4 * surface_->tie : z <= middle + 4 * surface_->tie;
+}
+
 CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const {
   Change change;
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -160,22 +187,22 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
       // Two faces at one height.
       if (a != kNoLabel && b != kNoLabel) {
         const PlanCurve meet{CurveType::kMeet, ra, rb};
-        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z)) {
+        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_sheet(a, p + t * d, z) && on_sheet(b, p + t * d, z)) {
           accept(CurveType::kMeet, ra, rb);
           change.za = change.zb = z;
           return change;
         }
       }
       // A body's own end, seen from the side where it is.
-      const auto ends = [&](Label label, const SurfaceRef& own, double z_own, const Vec2& inside) {
-        if (label == kNoLabel || own.solid < 0) return false;
+      const auto ends = [&](const SurfaceRef& own, bool plus, const Vec2& inside) {
+        if (own.solid < 0) return false;
         const BodyLine& body = surface_->bodies[static_cast<std::size_t>(own.solid)];
-        const bool plus = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
         const auto attempt = [&](std::uint8_t face) {
           const SurfaceRef other{own.solid, face};
           if (other == own) return false;
           const PlanCurve shadow{CurveType::kShadow, own, other};
-          if (!try_curve(shadow, p, d, z_own, t, z)) return false;
+          const Vec2 mid_way = 0.5 * (p + q);
+          if (!try_curve(shadow, p, d, shadow_height(shadow, mid_way.x(), mid_way.y()), t, z)) return false;
           accept(CurveType::kShadow, own, other);
           return true;
         };
@@ -194,14 +221,36 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         }
         return body.has_side() && attempt(kFaceSide);
       };
-      const bool first = ends(a, ra, za, p);
-      if (first || ends(b, rb, zb, q)) {
-        const Label other = first ? b : a;
-        double z_other = nan;
-        if (other != kNoLabel && !height(other, change.at.x, change.at.y, z_other)) z_other = first ? zb : za;
-        if (std::fabs(z_other - z) <= 1e-9 * surface_->size) z_other = z;  // a wall too low to be one
-        change.za = first ? z : z_other;
-        change.zb = first ? z_other : z;
+      const auto plus_of = [&](Label label) {
+        return surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
+      };
+      bool ended = (a != kNoLabel && ends(ra, plus_of(a), p)) || (b != kNoLabel && ends(rb, plus_of(b), q));
+      if (!ended) {
+        // A body that neither label belongs to: its end spares one of them a cut.
+        for (const std::uint32_t i : surface_->index.at(mid.x(), mid.y())) {
+          const CompoundStep& step = surface_->steps[i];
+          if (ended || step.kind != BooleanStep::Kind::kTerm || step.solid < 0) continue;
+          const BodyLine& body = surface_->bodies[static_cast<std::size_t>(step.solid)];
+          LineHit hit_p, hit_q;
+          const bool in_p = body.meet(p.x(), p.y(), hit_p), in_q = body.meet(q.x(), q.y(), hit_q);
+          if (in_p == in_q) continue;
+          const bool plus = step.sign == Sign::kPlus;
+          const LineHit& hit = in_p ? hit_p : hit_q;
+          ended = ends({step.solid, plus ? hit.upper_face : hit.lower_face}, plus, in_p ? p : q);
+        }
+      }
+      if (ended) {
+        const auto at_change = [&](Label label, const SurfaceRef& ref, double z_near) {
+          if (label == kNoLabel) return nan;
+          if (ref == change.curve.first) return z;
+          double own = 0;
+          return height(label, change.at.x, change.at.y, own) ? own : z_near;
+        };
+        change.za = at_change(a, ra, za);
+        change.zb = at_change(b, rb, zb);
+        if (std::fabs(change.za - change.zb) <= 1e-9 * surface_->size) {  // a wall too low to be one
+          (ra == change.curve.first ? change.zb : change.za) = ra == change.curve.first ? change.za : change.zb;
+        }
         return change;
       }
     }

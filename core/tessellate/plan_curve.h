@@ -55,6 +55,9 @@ class CurveSolver {
   // The same on the silhouette of its body: the double root, free of the root's noise.
   bool silhouette_height(Label label, double x, double y, double& z) const;
 
+  // A height to start from for a shadow's curve over (x, y), from the body alone.
+  [[nodiscard]] double shadow_height(const PlanCurve& curve, double x, double y) const;
+
   // The curve's point on the plan line p + t d nearest to t = t0 (in steps of |d|), z from z0 on.
   // Bound: on return both equations hold to rounding. False where Newton's method does not arrive.
   bool on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t, double& z) const;
@@ -72,6 +75,8 @@ class CurveSolver {
   Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const;
 
  private:
+  // z is on the label's side of the middle of its quadric: the sheet that is seen.
+  bool on_sheet(Label label, const Vec2& p, double z) const;
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t, double& z) const;
 
   const CompoundSurface::Impl* surface_;
