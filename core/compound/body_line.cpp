@@ -149,6 +149,7 @@ void BodyLine::prepare(const QuadricBody& body) {
     const double length = std::hypot(hx, hy);
     if (length > 0) halves_.push_back({hx / length, hy / length, 0, kFaceSide});
   }
+  prepare_silhouette_lines(body);
   if (body.shape == QuadricShape::kEllipsoid) return;
 
   // Caps: planes a·(r - p) = 0 and = C.
@@ -171,6 +172,31 @@ void BodyLine::prepare(const QuadricBody& body) {
   };
   if (has_bottom) add_cap(0, -1, kFaceBottom);
   if (has_top) add_cap(body.C, 1, kFaceTop);
+}
+
+// The discriminant of a cylinder or cone is a product of two linear functions of the plan.
+void BodyLine::prepare_silhouette_lines(const QuadricBody& body) {
+  const SideQuadratic& s = side_;
+  if (rule_ != SideRule::kBetween || !(s.q2 > 0)) return;
+  const Vec3 a = body.frame.row(2);
+  if (body.shape == QuadricShape::kCylinder) {
+    // disc = q2 - k (a.y dx - a.x dy)²
+    const double m = 1 / (body.A * body.B), h = std::sqrt(s.q2);
+    silhouette_lines_ = {{m * a.y(), -m * a.x(), -h, kFaceSide},
+                         {-m * a.y(), m * a.x(), -h, kFaceSide}};
+  } else if (body.shape == QuadricShape::kCone) {
+    // disc = p² - r² along its principal axes; the body lies where p > 0.
+    const double mean = 0.5 * (s.dxx + s.dyy),
+                 turn = std::hypot(0.5 * (s.dxx - s.dyy), 0.5 * s.dxy);
+    const double big = mean + turn, small = mean - turn;
+    if (!(big > 0) || !(small < 0)) return;
+    const double angle = 0.5 * std::atan2(s.dxy, s.dxx - s.dyy);
+    double px = std::cos(angle), py = std::sin(angle);
+    if (px * a.x() + py * a.y() > 0) px = -px, py = -py;
+    const double p = std::sqrt(big), r = std::sqrt(-small);
+    silhouette_lines_ = {{-(p * px - r * -py), -(p * py - r * px), 0, kFaceSide},
+                         {-(p * px + r * -py), -(p * py + r * px), 0, kFaceSide}};
+  }
 }
 
 bool BodyLine::meet(double x, double y, LineHit& hit) const {

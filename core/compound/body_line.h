@@ -86,6 +86,10 @@ class BodyLine {
   [[nodiscard]] const std::vector<PlanarCap>& upper_caps() const { return upper_caps_; }
   [[nodiscard]] const std::vector<PlanarCap>& lower_caps() const { return lower_caps_; }
   [[nodiscard]] const std::vector<PlanHalf>& halves() const { return halves_; }
+  // Straight silhouettes, of a cylinder or of a cone without its apex in sight: the shadow of the
+  // side is where every a dx + b dy + c <= 0, d from the centre. Empty where the silhouette is a
+  // conic, or there is none.
+  [[nodiscard]] const std::vector<PlanHalf>& silhouette_lines() const { return silhouette_lines_; }
   [[nodiscard]] double center_x() const { return side_.cx; }
   [[nodiscard]] double center_y() const { return side_.cy; }
   [[nodiscard]] double slack() const { return slack_; }
@@ -93,13 +97,14 @@ class BodyLine {
  private:
   void prepare(const Polyhedron& body);
   void prepare(const QuadricBody& body);
+  void prepare_silhouette_lines(const QuadricBody& body);
 
   const Body* body_;
   SideQuadratic side_;
   SideRule rule_ = SideRule::kBetween;
   bool has_side_ = false;
   std::vector<PlanarCap> upper_caps_, lower_caps_;
-  std::vector<PlanHalf> halves_;
+  std::vector<PlanHalf> halves_, silhouette_lines_;
   PlanBox box_;
   double z_low_ = 0, z_high_ = 0;
   double slack_ = 0;

@@ -46,12 +46,23 @@ class PlanIndex {
   std::vector<std::uint32_t> start_, items_;
 };
 
+// A stretch of the border of a Ferguson base in plan, with the range of its inward unit normal.
+struct BaseBorderPiece {
+  PlanBox box;
+  double x = 0, y = 0;  // a point of it
+  Range nx, ny;
+  std::uint32_t side = 0;
+  bool straight = false;
+  double close = 0;  // plan distance within which a point beside it counts as on it
+};
+
 struct CompoundSurface::Impl {
   PartProgram program;
   std::vector<BodyLine> bodies;  // one a solid of the program
   std::vector<CompoundStep> steps;
   std::vector<std::uint32_t> step_of_row;
   std::variant<std::monostate, PlaneSurface, FergusonSurface> base;
+  std::vector<BaseBorderPiece> base_border;  // Ferguson bases only
   PlanIndex index;
   double size = 0, tie = 0;
 

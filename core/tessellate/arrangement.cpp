@@ -13,22 +13,31 @@ namespace {
 
 using Impl = CompoundSurface::Impl;
 
-constexpr double kStraight = 0.03;  // sag over chord from which on a stretch is split once more, in plan
-constexpr int kMaxDensity = 7;      // halvings of a stretch at most
+constexpr double kStraight =
+    0.03;  // sag over chord from which on a stretch is split once more, in plan
+constexpr int kMaxDensity = 7;  // halvings of a stretch at most
 
 class ArcMaker {
  public:
-  ArcMaker(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner, Arrangement& out)
-      : surface_(surface), graph_(graph), domain_(domain), inner_(inner), out_(out), solver_(surface) {}
+  ArcMaker(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner,
+           Arrangement& out)
+      : surface_(surface),
+        graph_(graph),
+        domain_(domain),
+        inner_(inner),
+        out_(out),
+        solver_(surface) {}
   void make();
 
  private:
   [[nodiscard]] bool junction(std::uint32_t node) const {
-    return graph_.nodes[node].corner || graph_.nodes[node].border || graph_.nodes[node].links.size() != 2;
+    return graph_.nodes[node].corner || graph_.nodes[node].border ||
+           graph_.nodes[node].links.size() != 2;
   }
   std::uint32_t plan_node(std::uint32_t graph_node);
   void walk(std::uint32_t start, std::uint32_t link);
-  void append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, const PlanCurve& curve, int depth);
+  void append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, const PlanCurve& curve,
+                      int depth);
   void make_border();
   void make_regions();
   double area_of(const std::vector<ArcUse>& loop) const;
@@ -40,10 +49,11 @@ class ArcMaker {
   const PlanBox& inner_;
   Arrangement& out_;
   CurveSolver solver_;
-  std::vector<std::uint32_t> plan_of_;                   // plan node of a graph node, or kNone
-  std::vector<char> walked_;                             // links
-  std::vector<std::vector<ArcUse>> around_;              // a plan node's outgoing arcs, anticlockwise
-  std::vector<std::vector<std::int64_t>> slot_of_link_;  // a graph corner's links in order: arc use ids
+  std::vector<std::uint32_t> plan_of_;       // plan node of a graph node, or kNone
+  std::vector<char> walked_;                 // links
+  std::vector<std::vector<ArcUse>> around_;  // a plan node's outgoing arcs, anticlockwise
+  std::vector<std::vector<std::int64_t>>
+      slot_of_link_;  // a graph corner's links in order: arc use ids
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 };
 
@@ -58,7 +68,8 @@ std::uint32_t ArcMaker::plan_node(std::uint32_t g) {
   node.border = from.border;
   node.solved = from.solved;
   if (from.border) {
-    // The cells end a hair inside the domain, so that what only touches the border from outside is not seen.
+    // The cells end a hair inside the domain, so that what only touches the border from outside is
+    // not seen.
     if (from.x == inner_.x0) node.x = domain_.x0;
     if (from.x == inner_.x1) node.x = domain_.x1;
     if (from.y == inner_.y0) node.y = domain_.y0;
@@ -69,8 +80,10 @@ std::uint32_t ArcMaker::plan_node(std::uint32_t g) {
   return plan_of_[g];
 }
 
-// Adds the points of a stretch after node a, up to and with b, dense enough for the arc's form in plan.
-void ArcMaker::append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, const PlanCurve& curve, int depth) {
+// Adds the points of a stretch after node a, up to and with b, dense enough for the arc's form in
+// plan.
+void ArcMaker::append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b,
+                              const PlanCurve& curve, int depth) {
   const Vec2 p(out_.nodes[a].x, out_.nodes[a].y), q(out_.nodes[b].x, out_.nodes[b].y);
   const Vec2 chord = q - p;
   const double length = chord.norm();
@@ -79,7 +92,8 @@ void ArcMaker::append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, co
   if (depth < kMaxDensity && length > 1e-9 * surface_.size &&
       (curve.type == CurveType::kMeet || curve.type == CurveType::kShadow)) {
     PlanNode node;
-    if (point_on_stretch(surface_, solver_, curve, arc.left, arc.right, out_.nodes[a], out_.nodes[b], 0.5, node)) {
+    if (point_on_stretch(surface_, solver_, curve, arc.left, arc.right, out_.nodes[a],
+                         out_.nodes[b], 0.5, node)) {
       const double sag = (Vec2(node.x, node.y) - 0.5 * (p + q)).norm();
       bent = sag > kStraight * length;
       if (bent) {
@@ -182,10 +196,12 @@ void ArcMaker::make_border() {
     node.y = ys[k];
     node.border = node.corner = true;
     if (state.label != kNoLabel) node.heights.push_back({state.label, state.z});
-    stops.push_back({at[k], static_cast<std::uint32_t>(out_.nodes.size()), state.label, state.label, true, kNone});
+    stops.push_back({at[k], static_cast<std::uint32_t>(out_.nodes.size()), state.label, state.label,
+                     true, kNone});
     out_.nodes.push_back(std::move(node));
   }
-  std::stable_sort(stops.begin(), stops.end(), [](const Stop& a, const Stop& b) { return a.along < b.along; });
+  std::stable_sort(stops.begin(), stops.end(),
+                   [](const Stop& a, const Stop& b) { return a.along < b.along; });
   around_.resize(out_.nodes.size());
   const std::size_t n = stops.size();
   std::vector<std::uint32_t> arc_after(n);
@@ -228,7 +244,8 @@ bool ArcMaker::contains(const std::vector<ArcUse>& loop, double x, double y) con
     const PlanArc& arc = out_.arcs[use.arc];
     for (std::size_t k = 0; k + 1 < arc.nodes.size(); ++k) {
       const PlanNode &a = out_.nodes[arc.nodes[k]], &b = out_.nodes[arc.nodes[k + 1]];
-      if ((a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y))) inside = !inside;
+      if ((a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)))
+        inside = !inside;
     }
   }
   return inside;
@@ -284,7 +301,8 @@ void ArcMaker::make_regions() {
     region.loops.push_back(loop.uses);
     out_.regions.push_back(std::move(region));
   }
-  // Holes belong to the smallest outer loop around them; sorted by x, most candidates fall away by their boxes.
+  // Holes belong to the smallest outer loop around them; sorted by x, most candidates fall away by
+  // their boxes.
   for (Loop& hole : holes) {
     const PlanArc& arc = out_.arcs[hole.uses[0].arc];
     const PlanNode& p = out_.nodes[arc.nodes[arc.nodes.size() / 2]];
@@ -329,8 +347,9 @@ void ArcMaker::make() {
 
 }  // namespace
 
-bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const PlanCurve& curve, Label left, Label right,
-                      const PlanNode& a, const PlanNode& b, double s, PlanNode& node) {
+bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const PlanCurve& curve,
+                      Label left, Label right, const PlanNode& a, const PlanNode& b, double s,
+                      PlanNode& node) {
   const Vec2 p(a.x, a.y), q(b.x, b.y);
   const Vec2 chord = q - p;
   const auto height_at = [](const PlanNode& n, Label label, double fallback) {
@@ -363,13 +382,15 @@ bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const Plan
   if (node.heights.size() == 2) {  // a wall too low to be one
     LabelHeight &l = node.heights[0], &r = node.heights[1];
     if (std::fabs(l.z - r.z) <= 1e-9 * surface.size) {
-      (solver.ref_of(l.label) == curve.first ? r.z : l.z) = solver.ref_of(l.label) == curve.first ? l.z : r.z;
+      (solver.ref_of(l.label) == curve.first ? r.z : l.z) =
+          solver.ref_of(l.label) == curve.first ? l.z : r.z;
     }
   }
   return true;
 }
 
-Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& domain, const ArrangementOptions& asked) {
+Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& domain,
+                            const ArrangementOptions& asked) {
   const Impl& surface = compound.impl();
   ArrangementOptions options = asked;
   const double longer = std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
@@ -390,7 +411,8 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   bool any = false;
   for (const PlanRegion& region : out.regions) any = any || region.label != kNoLabel;
   if (!any) {
-    return Error{ErrorCode::kInput, "no vertical line of the domain meets the surface: nothing to tessellate",
+    return Error{ErrorCode::kInput,
+                 "no vertical line of the domain meets the surface: nothing to tessellate",
                  {surface.program.file}};
   }
   return out;

@@ -1,5 +1,5 @@
-// The labelled plan of a die: arcs along which two faces meet or one ends, corners, and the regions between them.
-// SPDX-License-Identifier: Apache-2.0
+// The labelled plan of a die: arcs along which two faces meet or one ends, corners, and the regions
+// between them. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -20,19 +20,20 @@ struct LabelHeight {
 // A point of the plan where an arc passes, ends or meets others.
 struct PlanNode {
   double x = 0, y = 0;
-  std::vector<LabelHeight> heights;  // one a label that touches the point; equal heights are equal to the bit
+  std::vector<LabelHeight>
+      heights;  // one a label that touches the point; equal heights are equal to the bit
   bool corner = false;
-  bool border = false;               // on the domain's border
-  bool solved = true;                // false: found by halving or as the middle of a least cell
+  bool border = false;  // on the domain's border
+  bool solved = true;   // false: found by halving or as the middle of a least cell
 };
 
 // Labels are seen travelling from the first node to the last.
 struct PlanArc {
   std::vector<std::uint32_t> nodes;  // closed arcs repeat the first node at the end
-  std::vector<PlanCurve> curves;     // one a stretch between nodes; the border's are of type kUnsolved
+  std::vector<PlanCurve> curves;  // one a stretch between nodes; the border's are of type kUnsolved
   Label left = kNoLabel, right = kNoLabel;
   bool closed = false;
-  bool border = false;               // a stretch of the domain's border, the domain on its left
+  bool border = false;  // a stretch of the domain's border, the domain on its left
 };
 
 // A directed arc of a loop.
@@ -57,17 +58,21 @@ struct Arrangement {
 };
 
 struct ArrangementOptions {
-  double tolerance = 0;  // of the tessellation; decides what is too small to matter, never what is found above it
-  double least = 0;      // least cell; 0 = 2^-22 of the domain's longer side
+  double tolerance =
+      0;  // of the tessellation; decides what is too small to matter, never what is found above it
+  double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
 };
 
-// The exact point of a curve over the chord from a to b, at the fraction s of the chord, with the heights of both
-// labels. False where it is not found close to the chord.
-bool point_on_stretch(const CompoundSurface::Impl& surface, const CurveSolver& solver, const PlanCurve& curve,
-                      Label left, Label right, const PlanNode& a, const PlanNode& b, double s, PlanNode& node);
+// The exact point of a curve over the chord from a to b, at the fraction s of the chord, with the
+// heights of both labels. False where it is not found close to the chord.
+bool point_on_stretch(const CompoundSurface::Impl& surface, const CurveSolver& solver,
+                      const PlanCurve& curve, Label left, Label right, const PlanNode& a,
+                      const PlanNode& b, double s, PlanNode& node);
 
 // Errors: kInput where no vertical line of the domain meets the surface.
-// Source: docs/tessellation.md; the maximization diagram of a lower or upper envelope, with `-` terms.
-Result<Arrangement> arrange(const CompoundSurface& surface, const PlanBox& domain, const ArrangementOptions& options);
+// Source: docs/tessellation.md; the maximization diagram of a lower or upper envelope, with `-`
+// terms.
+Result<Arrangement> arrange(const CompoundSurface& surface, const PlanBox& domain,
+                            const ArrangementOptions& options);
 
 }  // namespace diesink

@@ -256,7 +256,17 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
       const Range r = range_of({mid.c - l.c, mid.gx - l.gx, mid.gy - l.gy}, box);
       if (r.hi < -slack) on_body = false;
     }
-    if (on_body) out.shadow.push(disc);
+    if (on_body && body.silhouette_lines().empty()) out.shadow.push(disc);
+    std::uint32_t line = 101;
+    for (const PlanHalf& h : body.silhouette_lines()) {
+      PlanFunction f = function_of({-(h.a * dx + h.b * dy + h.c), -h.a, -h.b, 0, 0, 0}, box,
+                                   PlanFunction::Kind::kSilhouette, step.solid, line++);
+      const double close = slack * (std::fabs(h.a) + std::fabs(h.b));
+      if (f.hi < -close) return;
+      if (!on_body || f.lo > close) continue;
+      set_height(f, mid);
+      out.shadow.push(f);
+    }
   }
   // Two planar faces that meet at the border.
   id = 200;
@@ -432,9 +442,48 @@ Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox&
   }
   const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&surface.base);
   if (ferguson == nullptr) return Coverage::kOutside;
-  const BaseBounds b =
-      ferguson->bounds({box.x - box.hx, box.x + box.hx, box.y - box.hy, box.y + box.hy});
+  BaseBounds b = ferguson->bounds({box.x - box.hx, box.x + box.hx, box.y - box.hy, box.y + box.hy});
   if (b.coverage == Coverage::kOutside) return b.coverage;
+  if (b.coverage == Coverage::kPartly) {
+    // The enclosure is wider than the patch it encloses: the border itself tells.
+    const int before = outline.count;
+    for (const BaseBorderPiece& piece : surface.base_border) {
+      if (piece.box.x0 > box.x + box.hx || piece.box.x1 < box.x - box.hx ||
+          piece.box.y0 > box.y + box.hy || piece.box.y1 < box.y - box.hy) {
+        continue;
+      }
+      PlanFunction f;
+      f.kind = PlanFunction::Kind::kOutline;
+      f.id = piece.side;
+      f.gx = piece.nx;
+      f.gy = piece.ny;
+      f.cgx = 0.5 * (piece.nx.lo + piece.nx.hi);
+      f.cgy = 0.5 * (piece.ny.lo + piece.ny.hi);
+      f.v = f.cgx * (box.x - piece.x) + f.cgy * (box.y - piece.y);
+      f.lo = -kInf;
+      f.hi = kInf;
+      f.bend = piece.straight ? 0 : kInf;
+      if (piece.straight) {
+        const double reach = std::fabs(f.cgx) * box.hx + std::fabs(f.cgy) * box.hy;
+        if (f.v - reach > piece.close || f.v + reach < -piece.close) continue;
+      }
+      bool merged = false;
+      for (int i = before; i < outline.count; ++i) {
+        PlanFunction& g = outline[i];
+        if (g.id != f.id) continue;  // pieces of one side follow one another: one curve
+        g.gx = {std::fmin(g.gx.lo, f.gx.lo), std::fmax(g.gx.hi, f.gx.hi)};
+        g.gy = {std::fmin(g.gy.lo, f.gy.lo), std::fmax(g.gy.hi, f.gy.hi)};
+        merged = true;
+      }
+      if (!merged) outline.push(f);
+    }
+    if (outline.count == before) {
+      BaseHit hit;
+      FergusonHint hint;
+      b.coverage = ferguson->at(box.x, box.y, hit, hint) ? Coverage::kInside : Coverage::kOutside;
+      if (b.coverage == Coverage::kOutside) return b.coverage;
+    }
+  }
   face.zx = b.zx;
   face.zy = b.zy;
   BaseHit hit;
@@ -464,29 +513,6 @@ Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox&
   face.c = 0.5 * (b.z.lo + b.z.hi);
   face.hi = 0.5 * (b.z.hi - b.z.lo) + guard;
   face.lo = -face.hi;
-  if (b.coverage == Coverage::kPartly) {
-    PlanFunction f;
-    f.kind = PlanFunction::Kind::kOutline;
-    f.lo = -kInf;
-    f.hi = kInf;
-    f.gx = f.gy = {-kInf, kInf};
-    if (const std::optional<AffinePlan>& affine = ferguson->affine()) {
-      // A parallelogram: four straight borders in u and v.
-      const double u = affine->ux * (box.x - affine->x0) + affine->uy * (box.y - affine->y0);
-      const double v = affine->vx * (box.x - affine->x0) + affine->vy * (box.y - affine->y0);
-      const double sides[4][3] = {{u, affine->ux, affine->uy},
-                                  {ferguson->columns() - 1 - u, -affine->ux, -affine->uy},
-                                  {v, affine->vx, affine->vy},
-                                  {ferguson->rows() - 1 - v, -affine->vx, -affine->vy}};
-      for (std::uint32_t k = 0; k < 4; ++k) {
-        const PlanFunction side = function_of({sides[k][0], sides[k][1], sides[k][2], 0, 0, 0}, box,
-                                              PlanFunction::Kind::kOutline, -1, k);
-        if (side.lo <= 1e-9 && side.hi >= -1e-9) outline.push(side);
-      }
-    } else {
-      outline.push(f);
-    }
-  }
   return b.coverage;
 }
 

@@ -95,9 +95,11 @@ struct PlanFunction {
   double lo = 0, hi = 0;             // value over the box
   double cgx = 0, cgy = 0;           // gradient at the centre
   double bend = 0;                   // bound of the second-order part over the box
-  bool implicit_side = false;      // kCrossing: the value is q of a quadric side on the other surface ...
-  Label implicit_label = kNoLabel; // ... and this is that side
-  // Shadows: the body's height on the zero line, as a plane about the centre; where that loses, nothing is seen there.
+  bool implicit_side =
+      false;  // kCrossing: the value is q of a quadric side on the other surface ...
+  Label implicit_label = kNoLabel;  // ... and this is that side
+  // Shadows: the body's height on the zero line, as a plane about the centre; where that loses,
+  // nothing is seen there.
   bool has_height = false;
   double hc = 0, hgx = 0, hgy = 0;
 

@@ -27,7 +27,11 @@ struct Item {
 class GraphMaker {
  public:
   GraphMaker(const Impl& surface, CellTree& tree, const ArrangementOptions& options)
-      : surface_(surface), tree_(tree), options_(options), solver_(surface), vertices_(body_vertices(surface)) {}
+      : surface_(surface),
+        tree_(tree),
+        options_(options),
+        solver_(surface),
+        vertices_(body_vertices(surface)) {}
 
   CellGraph make();
 
@@ -51,8 +55,8 @@ class GraphMaker {
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
   bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
   bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);
-  std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one, const PlanCurve* two,
-                           double z1, double z2, const Vec3* vertex);
+  std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
+                           const PlanCurve* two, double z1, double z2, const Vec3* vertex);
 
   const Impl& surface_;
   CellTree& tree_;
@@ -65,7 +69,8 @@ class GraphMaker {
   std::uint32_t first_new_ = 0;
 };
 
-// Both leaves of every stretch of common border, by descent; a plain leaf has no change on its border.
+// Both leaves of every stretch of common border, by descent; a plain leaf has no change on its
+// border.
 void GraphMaker::inside(std::int32_t c) {
   const std::int32_t child = cell(c).child;
   if (child < 0) return;
@@ -133,7 +138,8 @@ void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
   }
 }
 
-void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth) {
+void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps,
+                        int depth) {
   std::vector<std::uint32_t> here = steps;
   CellVerdict verdict;
   const CellBox box = CellBox::of({p.p.x(), q.p.x(), p.p.y(), q.p.y()});
@@ -156,7 +162,8 @@ void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std:
 }
 
 void GraphMaker::add_change(const Sample& p, const Sample& q) {
-  const CurveSolver::Change change = solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z);
+  const CurveSolver::Change change =
+      solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z);
   GraphNode node;
   node.x = change.at.x;
   node.y = change.at.y;
@@ -177,7 +184,8 @@ void GraphMaker::add_change(const Sample& p, const Sample& q) {
   graph_.nodes.push_back(std::move(node));
 }
 
-void GraphMaker::link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve) {
+void GraphMaker::link(std::uint32_t from, std::uint32_t to, Label left, Label right,
+                      const PlanCurve& curve) {
   const auto id = static_cast<std::uint32_t>(graph_.links.size());
   graph_.links.push_back({from, to, left, right, curve});
   graph_.nodes[from].links.push_back(id);
@@ -217,21 +225,25 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
     });
     for (std::size_t k = 0; k < n; k += 2) {
       if (!matches(items[order[k]], items[order[k + 1]])) return false;
-      if (!graph_.nodes[items[order[k]].node].curve.same_as(graph_.nodes[items[order[k + 1]].node].curve)) return false;
+      if (!graph_.nodes[items[order[k]].node].curve.same_as(
+              graph_.nodes[items[order[k + 1]].node].curve))
+        return false;
       mate[order[k]] = order[k + 1];
       mate[order[k + 1]] = order[k];
     }
   }
   for (std::size_t i = 0; i < n; ++i) {
     if (mate[i] > i) {
-      link(items[i].node, items[mate[i]].node, items[i].before, items[i].after, graph_.nodes[items[i].node].curve);
+      link(items[i].node, items[mate[i]].node, items[i].before, items[i].after,
+           graph_.nodes[items[i].node].curve);
     }
   }
   return true;
 }
 
-std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
-                                     const PlanCurve* two, double z1, double z2, const Vec3* vertex) {
+std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2& at,
+                                     const PlanCurve* one, const PlanCurve* two, double z1,
+                                     double z2, const Vec3* vertex) {
   GraphNode node;
   node.corner = true;
   node.x = at.x();
@@ -261,7 +273,8 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
       }
       // On a silhouette the root is half-precise; its double root is not.
       double zs = 0;
-      if (solver_.silhouette_height(label, at.x(), at.y(), zs) && (!known || std::fabs(zs - z) <= 1e-6 * surface_.size)) {
+      if (solver_.silhouette_height(label, at.x(), at.y(), zs) &&
+          (!known || std::fabs(zs - z) <= 1e-6 * surface_.size)) {
         z = zs;
         known = true;
       }
@@ -279,30 +292,36 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
   // Heights that are one height are one number.
   for (std::size_t i = 0; i < node.heights.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (std::fabs(node.heights[i].z - node.heights[j].z) <= close) node.heights[i].z = node.heights[j].z;
+      if (std::fabs(node.heights[i].z - node.heights[j].z) <= close)
+        node.heights[i].z = node.heights[j].z;
     }
   }
   const auto id = static_cast<std::uint32_t>(graph_.nodes.size());
   graph_.nodes.push_back(std::move(node));
   for (const Item& item : items) {
-    // Seen from the corner outwards: the label behind the item (anticlockwise before it) is on the right.
+    // Seen from the corner outwards: the label behind the item (anticlockwise before it) is on the
+    // right.
     link(id, item.node, item.after, item.before, graph_.nodes[item.node].curve);
   }
   return id;
 }
 
-bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c, const std::vector<Item>& items) {
+bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
+                             const std::vector<Item>& items) {
   const PlanBox& b = c.box;
-  const double margin = (c.kind == CellKind::kLeast ? 1.0 : 1e-6) * std::fmax(b.x1 - b.x0, b.y1 - b.y0);
+  const double margin =
+      (c.kind == CellKind::kLeast ? 1.0 : 1e-6) * std::fmax(b.x1 - b.x0, b.y1 - b.y0);
   const auto within = [&](const Vec2& p) {
-    return p.x() >= b.x0 - margin && p.x() <= b.x1 + margin && p.y() >= b.y0 - margin && p.y() <= b.y1 + margin;
+    return p.x() >= b.x0 - margin && p.x() <= b.x1 + margin && p.y() >= b.y0 - margin &&
+           p.y() <= b.y1 + margin;
   };
   if (info.has_vertex) {
     add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
     return true;
   }
   Vec2 middle = Vec2::Zero();
-  for (const Item& item : items) middle += Vec2(graph_.nodes[item.node].x, graph_.nodes[item.node].y);
+  for (const Item& item : items)
+    middle += Vec2(graph_.nodes[item.node].x, graph_.nodes[item.node].y);
   middle /= static_cast<double>(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     for (std::size_t j = i + 1; j < items.size(); ++j) {
@@ -346,15 +365,24 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     item.before = ahead ? n.low : n.high;
     item.after = ahead ? n.high : n.low;
     switch (f.side) {
-      case 0: item.position = n.x - c.box.x0; break;
-      case 1: item.position = w + (n.y - c.box.y0); break;
-      case 2: item.position = w + h + (c.box.x1 - n.x); break;
-      default: item.position = 2 * w + h + (c.box.y1 - n.y); break;
+      case 0:
+        item.position = n.x - c.box.x0;
+        break;
+      case 1:
+        item.position = w + (n.y - c.box.y0);
+        break;
+      case 2:
+        item.position = w + h + (c.box.x1 - n.x);
+        break;
+      default:
+        item.position = 2 * w + h + (c.box.y1 - n.y);
+        break;
     }
     items.push_back(item);
   }
   // Changes at one place keep the order in which the segment was searched, upwards.
-  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.position < b.position; });
+  std::stable_sort(items.begin(), items.end(),
+                   [](const Item& a, const Item& b) { return a.position < b.position; });
   for (std::size_t k = 0; k + 1 < items.size(); ++k) {
     if (items[k].after != items[k + 1].before && items[k].position == items[k + 1].position &&
         items[k + 1].after == items[k].before) {
@@ -368,9 +396,12 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
   const bool least = c.kind == CellKind::kLeast;
   if (least) {
     const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
-    // A least cell is harmless where nothing in it is farther from its corner than the tolerance sees.
+    // A least cell is harmless where nothing in it is farther from its corner than the tolerance
+    // sees.
     if (width > 0.05 * options_.tolerance) {
-      graph_.uncertified_area += info.depth <= 0.25 * options_.tolerance ? 0 : (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
+      graph_.uncertified_area += info.depth <= 0.25 * options_.tolerance
+                                     ? 0
+                                     : (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
     }
   }
   if (items.empty()) return;
@@ -397,7 +428,9 @@ CellGraph GraphMaker::make() {
     to_split_.clear();
     for (const std::int32_t root : tree_.roots) inside(root);
     const int nx = tree_.columns, ny = tree_.rows;
-    const auto root = [&](int i, int j) { return tree_.roots[static_cast<std::size_t>(j * nx + i)]; };
+    const auto root = [&](int i, int j) {
+      return tree_.roots[static_cast<std::size_t>(j * nx + i)];
+    };
     for (int j = 0; j < ny; ++j) {
       for (int i = 0; i < nx; ++i) {
         if (i + 1 < nx) beside(root(i, j), root(i + 1, j), true);
@@ -408,12 +441,14 @@ CellGraph GraphMaker::make() {
         if (i == 0) on_border(root(i, j), 3);
       }
     }
-    std::stable_sort(found_.begin(), found_.end(), [](const OnBorder& a, const OnBorder& b) { return a.info < b.info; });
+    std::stable_sort(found_.begin(), found_.end(),
+                     [](const OnBorder& a, const OnBorder& b) { return a.info < b.info; });
     std::vector<OnBorder> own;
     std::size_t k = 0;
     for (std::size_t i = 0; i < tree_.infos.size(); ++i) {
       own.clear();
-      while (k < found_.size() && found_[k].info == static_cast<std::int32_t>(i)) own.push_back(found_[k++]);
+      while (k < found_.size() && found_[k].info == static_cast<std::int32_t>(i))
+        own.push_back(found_[k++]);
       if (tree_.infos[i].cell >= 0) join(static_cast<std::int32_t>(i), own);
     }
     if (to_split_.empty()) break;

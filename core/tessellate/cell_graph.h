@@ -13,10 +13,11 @@ namespace diesink {
 // A node of the graph: a label change on a cell border, or a corner inside a cell.
 struct GraphNode {
   double x = 0, y = 0;
-  Label low = kNoLabel, high = kNoLabel;  // changes: labels on the side of lower and of higher coordinate
+  Label low = kNoLabel,
+        high = kNoLabel;  // changes: labels on the side of lower and of higher coordinate
   PlanCurve curve;
   std::vector<LabelHeight> heights;
-  std::vector<std::uint32_t> links;       // corners: anticlockwise; changes: at most two
+  std::vector<std::uint32_t> links;  // corners: anticlockwise; changes: at most two
   bool corner = false, border = false, solved = true;
 };
 
@@ -34,6 +35,7 @@ struct CellGraph {
 };
 
 // Splits cells of the tree further where their borders tell more than their kind allows.
-CellGraph make_graph(const CompoundSurface::Impl& surface, CellTree& tree, const ArrangementOptions& options);
+CellGraph make_graph(const CompoundSurface::Impl& surface, CellTree& tree,
+                     const ArrangementOptions& options);
 
 }  // namespace diesink

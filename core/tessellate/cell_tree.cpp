@@ -7,20 +7,22 @@
 namespace diesink {
 namespace {
 
-// Where a cell is cut: off the middle, so that cell borders do not fall on the round coordinates of drawings.
-// Powers of it keep cells within 1 : 2 over 22 levels.
+// Where a cell is cut: off the middle, so that cell borders do not fall on the round coordinates of
+// drawings. Powers of it keep cells within 1 : 2 over 22 levels.
 constexpr double kCut = 0.4931;
 
-// The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc in it is close to
-// its chord, so that points of the chord lead to points of the arc.
+// The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
+// in it is close to its chord, so that points of the chord lead to points of the arc.
 bool nearly_straight(const PlanFunction& f) {
   const double mx = 0.5 * (f.gx.lo + f.gx.hi), my = 0.5 * (f.gy.lo + f.gy.hi);
-  return 0.5 * (f.gx.hi - f.gx.lo) + 0.5 * (f.gy.hi - f.gy.lo) < 0.6 * std::hypot(mx, my);  // false for NaN
+  return 0.5 * (f.gx.hi - f.gx.lo) + 0.5 * (f.gy.hi - f.gy.lo) <
+         0.6 * std::hypot(mx, my);  // false for NaN
 }
 
 }  // namespace
 
-CellTree::CellTree(const CompoundSurface::Impl& surface, const PlanBox& box, const TreeLimits& limits)
+CellTree::CellTree(const CompoundSurface::Impl& surface, const PlanBox& box,
+                   const TreeLimits& limits)
     : surface_(surface), limits_(limits), vertices_(body_vertices(surface)) {
   const double w = box.x1 - box.x0, h = box.y1 - box.y0;
   columns = static_cast<int>(std::clamp(std::round(w / std::fmin(w, h)), 1.0, 64.0));
@@ -47,7 +49,8 @@ void CellTree::divide(std::int32_t cell) {
   const PlanBox& b = parent.box;
   const double x = b.x0 + kCut * (b.x1 - b.x0), y = b.y0 + kCut * (b.y1 - b.y0);
   cells[static_cast<std::size_t>(cell)].child = static_cast<std::int32_t>(cells.size());
-  const PlanBox parts[4] = {{b.x0, x, b.y0, y}, {x, b.x1, b.y0, y}, {b.x0, x, y, b.y1}, {x, b.x1, y, b.y1}};
+  const PlanBox parts[4] = {
+      {b.x0, x, b.y0, y}, {x, b.x1, b.y0, y}, {b.x0, x, y, b.y1}, {x, b.x1, y, b.y1}};
   for (const PlanBox& part : parts) {
     TreeCell child;
     child.box = part;
@@ -61,7 +64,8 @@ void CellTree::grow(std::int32_t cell, const std::vector<std::uint32_t>& steps) 
   const CellBox box = CellBox::of(cells[static_cast<std::size_t>(cell)].box);
   CellVerdict verdict;
   classify(surface_, vertices_, box, here, limits_.flat, verdict);
-  if (verdict.kind == CellKind::kArc || (verdict.kind == CellKind::kCorner && !verdict.has_vertex)) {
+  if (verdict.kind == CellKind::kArc ||
+      (verdict.kind == CellKind::kCorner && !verdict.has_vertex)) {
     for (const PlanFunction& f : verdict.functions) {
       if (!nearly_straight(f)) verdict.kind = CellKind::kUnknown;
     }

@@ -1,5 +1,5 @@
-// The plan of the die cut into cells so small that what happens in each is known: one face, one crease, one corner.
-// SPDX-License-Identifier: Apache-2.0
+// The plan of the die cut into cells so small that what happens in each is known: one face, one
+// crease, one corner. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,22 @@
 namespace diesink {
 
 enum class CellKind : std::uint8_t {
-  kPlain,     // one label
-  kArc,       // one regular function: arcs that enter and leave
-  kCorner,    // two independent functions, or one body's own vertex: at most one corner
-  kUnknown,   // to be split
-  kLeast,     // of the least size: whatever is in it is joined in one corner
+  kPlain,    // one label
+  kArc,      // one regular function: arcs that enter and leave
+  kCorner,   // two independent functions, or one body's own vertex: at most one corner
+  kUnknown,  // to be split
+  kLeast,    // of the least size: whatever is in it is joined in one corner
 };
 
 // What the enclosures say of a cell.
 struct CellVerdict {
   CellKind kind = CellKind::kUnknown;
-  FunctionList functions;          // that may vanish in the cell
-  FaceList candidates;             // faces that may be the surface in the cell; no label for a hole
-  bool hole = false;               // there may be no surface somewhere in the cell
-  bool has_vertex = false;         // kCorner by a body's own vertex
+  FunctionList functions;   // that may vanish in the cell
+  FaceList candidates;      // faces that may be the surface in the cell; no label for a hole
+  bool hole = false;        // there may be no surface somewhere in the cell
+  bool has_vertex = false;  // kCorner by a body's own vertex
   Vec3 vertex = Vec3::Zero();
-  double depth = 0;                // height between the lowest and the highest candidate
+  double depth = 0;  // height between the lowest and the highest candidate
 };
 
 // Points where a body's own curves meet at no angle or more than two of them meet.
@@ -36,11 +36,12 @@ struct BodyVertices {
 
 struct TreeCell {
   PlanBox box;
-  std::int32_t child = -1;         // first of four, or -1 for a leaf: order (x low, y low), (high, low), (low, high), (high, high)
+  std::int32_t child = -1;  // first of four, or -1 for a leaf: order (x low, y low), (high, low),
+                            // (low, high), (high, high)
   CellKind kind = CellKind::kUnknown;
   std::uint8_t level = 0;
-  std::int32_t info = -1;          // leaf that is not plain: index into CellTree::infos
-  Label label = kNoLabel;          // plain: its label (kNoLabel: a hole)
+  std::int32_t info = -1;  // leaf that is not plain: index into CellTree::infos
+  Label label = kNoLabel;  // plain: its label (kNoLabel: a hole)
 };
 
 // A leaf in which something happens.
@@ -48,14 +49,14 @@ struct CellInfo {
   std::int32_t cell = 0;
   bool has_vertex = false;
   Vec3 vertex = Vec3::Zero();
-  bool sorted_by_y = false;        // kArc: crossings pair up in ascending y (else in ascending x)
+  bool sorted_by_y = false;  // kArc: crossings pair up in ascending y (else in ascending x)
   double depth = 0;
-  std::vector<std::uint32_t> steps; // of the expression that matter in the cell
+  std::vector<std::uint32_t> steps;  // of the expression that matter in the cell
 };
 
 struct TreeLimits {
-  double least = 0;                // plan length under which no cell is split
-  double flat = 0;                 // height under which candidates count as one surface
+  double least = 0;  // plan length under which no cell is split
+  double flat = 0;   // height under which candidates count as one surface
 };
 
 class CellTree {
@@ -81,8 +82,9 @@ class CellTree {
 };
 
 // Decides a box; `steps` are those that may matter in it and come back without those that cannot.
-void classify(const CompoundSurface::Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
-              std::vector<std::uint32_t>& steps, double flat, CellVerdict& verdict);
+void classify(const CompoundSurface::Impl& surface, const std::vector<BodyVertices>& vertices,
+              const CellBox& box, std::vector<std::uint32_t>& steps, double flat,
+              CellVerdict& verdict);
 
 std::vector<BodyVertices> body_vertices(const CompoundSurface::Impl& surface);
 

@@ -14,16 +14,19 @@ using Impl = CompoundSurface::Impl;
 // The expression so far over the box.
 struct StateOver {
   FaceList faces;
-  // Rows cut away for sure by a later `-` that spares others: their shadows still part what the cut spares.
+  // Rows cut away for sure by a later `-` that spares others: their shadows still part what the cut
+  // spares.
   ShortList<std::int32_t, 16> ghosts;
   bool hole = true;  // may be undefined somewhere
 };
 
-// f lies on or above g all over the box for sure (beyond ties), helped by the middle plane of a quadric:
-// its upper side is above that plane, its lower side below.
+// f lies on or above g all over the box for sure (beyond ties), helped by the middle plane of a
+// quadric: its upper side is above that plane, its lower side below.
 bool surely_above(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
   if (difference_over(f, g, box).lo > tie) return true;
-  const auto reach = [&](double gx, double gy) { return std::fabs(gx) * box.hx + std::fabs(gy) * box.hy; };
+  const auto reach = [&](double gx, double gy) {
+    return std::fabs(gx) * box.hx + std::fabs(gy) * box.hy;
+  };
   if (f.has_mid && f.upper) {
     // Equality only on the silhouette itself.
     if (f.mc - g.c - reach(f.mgx - g.gx, f.mgy - g.gy) - g.hi >= -tie) return true;
@@ -44,7 +47,8 @@ bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double t
 }
 
 // `state` with one more term: sign +1 takes the higher, -1 the lower.
-void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign, const CellBox& box, double tie) {
+void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign, const CellBox& box,
+             double tie) {
   if (sign < 0 && state.faces.count == 0) return;
   FaceList next;
   ShortList<std::int32_t, 16> cut;
@@ -85,10 +89,11 @@ bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box,
   const double nf = std::hypot(f.cgx, f.cgy), ng = std::hypot(g.cgx, g.cgy);
   if (!(nf > 0) || !(ng > 0)) return false;
   const double s = f.cgx * g.cgx + f.cgy * g.cgy >= 0 ? 1 / ng : -1 / ng;
-  const double gap = std::fabs(f.v / nf - g.v * s) +
-                     std::fabs(f.cgx / nf - g.cgx * s) * box.hx + std::fabs(f.cgy / nf - g.cgy * s) * box.hy;
-  // Equal second-order parts cannot be told from their bounds; equal value and gradient of two conics that bend by
-  // the same bound is taken for the same conic, which the vertices of the arcs then prove or not.
+  const double gap = std::fabs(f.v / nf - g.v * s) + std::fabs(f.cgx / nf - g.cgx * s) * box.hx +
+                     std::fabs(f.cgy / nf - g.cgy * s) * box.hy;
+  // Equal second-order parts cannot be told from their bounds; equal value and gradient of two
+  // conics that bend by the same bound is taken for the same conic, which the vertices of the arcs
+  // then prove or not.
   const double bend = std::fabs(f.bend / nf - g.bend / ng);
   return gap + bend <= 8 * slack;
 }
@@ -106,21 +111,26 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
   return l1 - h2 > 0 || h1 - l2 < 0;  // false for NaN
 }
 
-// A silhouette and a crossing of the same face: the wall at the silhouette fades to nothing where the other surface
-// reaches the silhouette's height, and from there on the faces meet. With q on the other surface
-// phi = q2 l² - disc / q2 (l: middle plane above it), the face shows where l >= 0 and disc >= 0, or l < 0 and
-// phi <= 0: one arc, if both are graphs over the same axis, rising the same way.
+// A silhouette and a crossing of the same face: the wall at the silhouette fades to nothing where
+// the other surface reaches the silhouette's height, and from there on the faces meet. With q on
+// the other surface phi = q2 l² - disc / q2 (l: middle plane above it), the face shows where l >= 0
+// and disc >= 0, or l < 0 and phi <= 0: one arc, if both are graphs over the same axis, rising the
+// same way.
 bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellVerdict& v) {
   const bool f_first = f.kind == PlanFunction::Kind::kSilhouette;
   const PlanFunction& silhouette = f_first ? f : g;
   const PlanFunction& crossing = f_first ? g : f;
-  if (silhouette.kind != PlanFunction::Kind::kSilhouette || crossing.kind != PlanFunction::Kind::kCrossing) return false;
+  if (silhouette.kind != PlanFunction::Kind::kSilhouette ||
+      crossing.kind != PlanFunction::Kind::kCrossing)
+    return false;
   if (v.hole || !crossing.implicit_side) return false;
   bool own = false;
   for (const FaceOver& c : v.candidates) {
     own = own || (c.solid == silhouette.solid && c.side && c.label == crossing.implicit_label);
   }
-  const auto opposed = [](const Range& a, const Range& b) { return (a.lo > 0 && b.hi < 0) || (a.hi < 0 && b.lo > 0); };
+  const auto opposed = [](const Range& a, const Range& b) {
+    return (a.lo > 0 && b.hi < 0) || (a.hi < 0 && b.lo > 0);
+  };
   return own && (opposed(silhouette.gx, crossing.gx) || opposed(silhouette.gy, crossing.gy));
 }
 
@@ -128,7 +138,8 @@ bool contains(const CellBox& box, const Vec3& p) {
   return std::fabs(p.x() - box.x) <= box.hx && std::fabs(p.y() - box.y) <= box.hy;
 }
 
-void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box, CellVerdict& v) {
+void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
+            CellVerdict& v) {
   FunctionList& fs = v.functions;
   if (fs.full || v.candidates.full) {
     v.kind = CellKind::kUnknown;
@@ -154,12 +165,14 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     return;
   }
   if (fs.count == 3 && v.candidates.count == 3 && !v.hole) {
-    // Three surfaces pairwise crossing: at most one common point where two of the differences are independent.
+    // Three surfaces pairwise crossing: at most one common point where two of the differences are
+    // independent.
     bool triple = true;
     for (const PlanFunction& f : fs) {
       triple = triple && f.a != kNoLabel && f.regular();
     }
-    if (triple && is_transverse(fs[0], fs[1]) && is_transverse(fs[1], fs[2]) && is_transverse(fs[0], fs[2])) {
+    if (triple && is_transverse(fs[0], fs[1]) && is_transverse(fs[1], fs[2]) &&
+        is_transverse(fs[0], fs[2])) {
       v.kind = CellKind::kCorner;
       return;
     }
@@ -168,7 +181,9 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
   if (fs.count > 0 && fs[0].solid >= 0) {
     const std::int32_t solid = fs[0].solid;
     for (const PlanFunction& f : fs) {
-      if (f.solid != solid || f.kind == PlanFunction::Kind::kCrossing || f.kind == PlanFunction::Kind::kOutline) return;
+      if (f.solid != solid || f.kind == PlanFunction::Kind::kCrossing ||
+          f.kind == PlanFunction::Kind::kOutline)
+        return;
     }
     int inside = 0;
     for (const Vec3& p : vertices[static_cast<std::size_t>(solid)].points) {
@@ -217,14 +232,16 @@ std::vector<BodyVertices> body_vertices(const Impl& surface) {
       for (const Vec3& v : polyhedron->vertices) {
         // Vertices over one another (upright edges) are one point of the plan; coincident ones too.
         bool known = false;
-        for (const Vec3& p : points) known = known || std::hypot(p.x() - v.x(), p.y() - v.y()) <= 4 * line.slack();
+        for (const Vec3& p : points)
+          known = known || std::hypot(p.x() - v.x(), p.y() - v.y()) <= 4 * line.slack();
         if (!known) points.push_back(v);
       }
       continue;
     }
     const QuadricBody& body = std::get<QuadricBody>(line.body());
     const Vec3 a = body.frame.row(2), n = body.frame.row(0), o = body.frame.row(1);
-    if (body.shape == QuadricShape::kCone && line.side_rule() == SideRule::kBetween) points.push_back(body.p + body.C * a);
+    if (body.shape == QuadricShape::kCone && line.side_rule() == SideRule::kBetween)
+      points.push_back(body.p + body.C * a);
     // Where the silhouette touches a rim: rim point c + r(cos n A + sin o B) with q_z = 0 there.
     if (body.shape == QuadricShape::kEllipsoid || line.side_rule() == SideRule::kColumn) continue;
     const auto rim = [&](double w) {
@@ -234,7 +251,8 @@ std::vector<BodyVertices> body_vertices(const Impl& surface) {
         ra = rb = body.A * std::sqrt(w);
         constant = -0.5 * a.z();
       }
-      // q_z / 2 = n.z u / A² + o.z v / B² + constant with u = ra cos, v = rb sin; for a cone at its base w = 0.
+      // q_z / 2 = n.z u / A² + o.z v / B² + constant with u = ra cos, v = rb sin; for a cone at its
+      // base w = 0.
       const double x = n.z() * ra / (body.A * body.A), y = o.z() * rb / (body.B * body.B);
       const double r = std::hypot(x, y);
       if (!(r > std::fabs(constant)) || r < 1e-12) return;
@@ -263,7 +281,7 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
   StateOver state;
   std::vector<StateOver> stack;  // groups only: empty and free of cost without them
   std::size_t kept = 0;
-  bool crowded = false;          // more faces than a list holds: the cell is split whatever else it holds
+  bool crowded = false;  // more faces than a list holds: the cell is split whatever else it holds
   BodyOver body;
   FaceList base_faces;
   for (std::size_t n = 0; n < steps.size(); ++n) {
@@ -305,8 +323,8 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
     combine(state, body.faces, body.coverage != Coverage::kInside, sign, box, tie);
     crowded = state.faces.full;
-    // A step whose faces can never be the value so far anywhere in the box is of no more use below it. A list that
-    // overflowed cannot tell.
+    // A step whose faces can never be the value so far anywhere in the box is of no more use below
+    // it. A list that overflowed cannot tell.
     bool shows = state.faces.full;
     for (const FaceOver& f : state.faces) shows = shows || row_of(f.label) == step.row;
     if (!shows) continue;
@@ -357,15 +375,19 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     for (int i = b.first_shadow; i < b.first_shadow + b.shadows; ++i) {
       const PlanFunction& f = shadows[i];
       if (f.has_height && shows_row(b.row)) {
-        // Hidden where the body's height on the line loses to everything else for sure.
-        const bool plus = surface.steps[surface.step_of_row[static_cast<std::size_t>(b.row)]].sign == Sign::kPlus;
+        // Hidden where the body's height on the line is below everything else for sure. (At one
+        // height the two meet in the silhouette itself: it is the line, and surely_above() drops
+        // the crossing.)
+        const bool plus =
+            surface.steps[surface.step_of_row[static_cast<std::size_t>(b.row)]].sign == Sign::kPlus;
         bool hidden = !verdict.hole;
         int others = 0;
         for (const FaceOver& c : state.faces) {
           if (row_of(c.label) == b.row) continue;
           ++others;
           const double reach = std::fabs(f.hgx - c.gx) * box.hx + std::fabs(f.hgy - c.gy) * box.hy;
-          hidden = hidden && (plus ? f.hc - c.c + reach - c.lo <= tie : f.hc - c.c - reach - c.hi >= -tie);
+          hidden =
+              hidden && (plus ? f.hc - c.c + reach - c.lo < -tie : f.hc - c.c - reach - c.hi > tie);
         }
         if (hidden && others > 0) continue;
       }
@@ -375,12 +397,29 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       if (candidate(rims[i].a) && candidate(rims[i].b)) push(rims[i]);
     }
   }
+  // Two bodies whose shadows lie on either side of one line share no plan point but its own.
+  const auto only_touch = [&](std::int32_t one, std::int32_t two) {
+    for (const Seen& a : seen) {
+      for (const Seen& b : seen) {
+        if (a.row != one || b.row != two) continue;
+        for (int i = a.first_shadow; i < a.first_shadow + a.shadows; ++i) {
+          for (int k = b.first_shadow; k < b.first_shadow + b.shadows; ++k) {
+            const PlanFunction &f = shadows[i], &g = shadows[k];
+            if (f.cgx * g.cgx + f.cgy * g.cgy < 0 && same_line(f, g, box, tie)) return true;
+          }
+        }
+      }
+    }
+    return false;
+  };
   for (const PlanFunction& f : outline) push(f);
   for (int i = 0; i < state.faces.count; ++i) {
     for (int j = i + 1; j < state.faces.count; ++j) {
       const FaceOver &f = state.faces[i], &g = state.faces[j];
       if (row_of(f.label) == row_of(g.label)) continue;
-      if (surely_above(f, g, box, tie) || surely_above(g, f, box, tie) || coincide(f, g, box, tie)) continue;
+      if (surely_above(f, g, box, tie) || surely_above(g, f, box, tie) || coincide(f, g, box, tie))
+        continue;
+      if (only_touch(row_of(f.label), row_of(g.label))) continue;
       const PlanFunction p = crossing_over(surface, f, g, box);
       if (p.lo > 0 || p.hi < 0) continue;
       push(p);

@@ -1,5 +1,5 @@
-// Newton's method on the exact equations of a curve, from a pair of points that a few halvings have brought near.
-// SPDX-License-Identifier: Apache-2.0
+// Newton's method on the exact equations of a curve, from a pair of points that a few halvings have
+// brought near. SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/plan_curve.h"
 
 #include <Eigen/LU>
@@ -17,7 +17,8 @@ constexpr int kHalvings = 5, kAllHalvings = 60;
 
 CurveSolver::CurveSolver(const CompoundSurface::Impl& surface) : surface_(&surface) {
   for (const CompoundStep& step : surface.steps) {
-    if (step.kind == BooleanStep::Kind::kTerm && step.solid < 0) base_label_ = make_label(step.row, 0);
+    if (step.kind == BooleanStep::Kind::kTerm && step.solid < 0)
+      base_label_ = make_label(step.row, 0);
   }
 }
 
@@ -30,13 +31,15 @@ Implicit CurveSolver::implicit(const SurfaceRef& ref) const {
 
 SurfaceRef CurveSolver::ref_of(Label label) const {
   if (label == kNoLabel) return {};
-  const CompoundStep& step = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
+  const CompoundStep& step =
+      surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
   if (step.solid < 0) return {SurfaceRef::kBase, 0};
   return {step.solid, static_cast<std::uint8_t>(face_of(label))};
 }
 
 bool CurveSolver::height(Label label, double x, double y, double& z) const {
-  const CompoundStep& step = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
+  const CompoundStep& step =
+      surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
   if (step.solid < 0) {
     BaseHit hit;
     if (!surface_->base_at(x, y, hit)) return false;
@@ -48,7 +51,8 @@ bool CurveSolver::height(Label label, double x, double y, double& z) const {
 }
 
 bool CurveSolver::silhouette_height(Label label, double x, double y, double& z) const {
-  const CompoundStep& step = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
+  const CompoundStep& step =
+      surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]];
   if (step.solid < 0 || face_of(label) != kFaceSide) return false;
   const BodyLine& body = surface_->bodies[static_cast<std::size_t>(step.solid)];
   const SideQuadratic& s = body.side();
@@ -77,12 +81,14 @@ double CurveSolver::shadow_height(const PlanCurve& curve, double x, double y) co
   return 0.5 * (body.z_low() + body.z_high());
 }
 
-bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t, double& z) const {
+bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t,
+                          double& z) const {
   if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return false;
   const Implicit f = implicit(curve.first), g = implicit(curve.second);
   const double unit = d.norm();
   if (!(unit > 0)) return false;
-  const double done = std::ldexp(surface_->size, -50);  // a step below some ulp of the size is rounding
+  const double done =
+      std::ldexp(surface_->size, -50);  // a step below some ulp of the size is rounding
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kNewtonSteps; ++k) {
     const Vec3 r(p.x() + t * d.x(), p.y() + t * d.y(), z);
@@ -103,12 +109,14 @@ bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, 
   return last <= 4096 * done;
 }
 
-bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1, double& z2) const {
-  if (one.type == CurveType::kUnsolved || two.type == CurveType::kUnsolved || one.type == CurveType::kOutline ||
-      two.type == CurveType::kOutline) {
+bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1,
+                         double& z2) const {
+  if (one.type == CurveType::kUnsolved || two.type == CurveType::kUnsolved ||
+      one.type == CurveType::kOutline || two.type == CurveType::kOutline) {
     return false;
   }
-  const Implicit f[4] = {implicit(one.first), implicit(one.second), implicit(two.first), implicit(two.second)};
+  const Implicit f[4] = {implicit(one.first), implicit(one.second), implicit(two.first),
+                         implicit(two.second)};
   const SurfaceRef refs[4] = {one.first, one.second, two.first, two.second};
   // A surface that both curves lie on: three equations in (x, y, z).
   int shared = -1;
@@ -155,22 +163,26 @@ bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, d
   return last <= 4096 * done;
 }
 
-bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
-                            double& z) const {
+bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0,
+                            double& t, double& z) const {
   t = 0.5;
   z = z0;
   if (!on_line(curve, p, d, t, z)) return false;
-  return t >= -1e-9 && t <= 1 + 1e-9;  // of the bracket: the halvings may have ended beside the root by rounding
+  return t >= -1e-9 &&
+         t <= 1 + 1e-9;  // of the bracket: the halvings may have ended beside the root by rounding
 }
 
 bool CurveSolver::on_sheet(Label label, const Vec2& p, double z) const {
   double middle = 0;
   if (!silhouette_height(label, p.x(), p.y(), middle)) return true;
-  const bool plus = surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
+  const bool plus =
+      surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign ==
+      Sign::kPlus;
   return plus ? z >= middle - 4 * surface_->tie : z <= middle + 4 * surface_->tie;
 }
 
-CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const {
+CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b,
+                                                double zb) const {
   Change change;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const SurfaceRef ra = ref_of(a), rb = ref_of(b);
@@ -187,7 +199,8 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
       // Two faces at one height.
       if (a != kNoLabel && b != kNoLabel) {
         const PlanCurve meet{CurveType::kMeet, ra, rb};
-        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_sheet(a, p + t * d, z) && on_sheet(b, p + t * d, z)) {
+        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_sheet(a, p + t * d, z) &&
+            on_sheet(b, p + t * d, z)) {
           accept(CurveType::kMeet, ra, rb);
           change.za = change.zb = z;
           return change;
@@ -202,7 +215,8 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
           if (other == own) return false;
           const PlanCurve shadow{CurveType::kShadow, own, other};
           const Vec2 mid_way = 0.5 * (p + q);
-          if (!try_curve(shadow, p, d, shadow_height(shadow, mid_way.x(), mid_way.y()), t, z)) return false;
+          if (!try_curve(shadow, p, d, shadow_height(shadow, mid_way.x(), mid_way.y()), t, z))
+            return false;
           accept(CurveType::kShadow, own, other);
           return true;
         };
@@ -213,18 +227,23 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         for (const PlanHalf& half : body.halves()) {
           if (attempt(half.face)) return true;
         }
-        if (body.has_side() && body.side_rule() == SideRule::kColumn && attempt(kFaceSide)) return true;
+        if (body.has_side() && body.side_rule() == SideRule::kColumn && attempt(kFaceSide))
+          return true;
         LineHit hit;
-        if (body.meet(inside.x(), inside.y(), hit) && attempt(plus ? hit.lower_face : hit.upper_face)) return true;
+        if (body.meet(inside.x(), inside.y(), hit) &&
+            attempt(plus ? hit.lower_face : hit.upper_face))
+          return true;
         for (const PlanarCap& cap : plus ? body.lower_caps() : body.upper_caps()) {
           if (attempt(cap.face)) return true;
         }
         return body.has_side() && attempt(kFaceSide);
       };
       const auto plus_of = [&](Label label) {
-        return surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
+        return surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]]
+                   .sign == Sign::kPlus;
       };
-      bool ended = (a != kNoLabel && ends(ra, plus_of(a), p)) || (b != kNoLabel && ends(rb, plus_of(b), q));
+      bool ended =
+          (a != kNoLabel && ends(ra, plus_of(a), p)) || (b != kNoLabel && ends(rb, plus_of(b), q));
       if (!ended) {
         // A body that neither label belongs to: its end spares one of them a cut.
         for (const std::uint32_t i : surface_->index.at(mid.x(), mid.y())) {
@@ -248,8 +267,10 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         };
         change.za = at_change(a, ra, za);
         change.zb = at_change(b, rb, zb);
-        if (std::fabs(change.za - change.zb) <= 1e-9 * surface_->size) {  // a wall too low to be one
-          (ra == change.curve.first ? change.zb : change.za) = ra == change.curve.first ? change.za : change.zb;
+        if (std::fabs(change.za - change.zb) <=
+            1e-9 * surface_->size) {  // a wall too low to be one
+          (ra == change.curve.first ? change.zb : change.za) =
+              ra == change.curve.first ? change.za : change.zb;
         }
         return change;
       }
@@ -268,7 +289,8 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
   change.za = a == kNoLabel ? nan : za;
   change.zb = b == kNoLabel ? nan : zb;
   change.curve.type = CurveType::kUnsolved;
-  const bool base_ends = (a == kNoLabel && rb.solid == SurfaceRef::kBase) || (b == kNoLabel && ra.solid == SurfaceRef::kBase);
+  const bool base_ends = (a == kNoLabel && rb.solid == SurfaceRef::kBase) ||
+                         (b == kNoLabel && ra.solid == SurfaceRef::kBase);
   if (base_ends) {
     change.curve = {CurveType::kOutline, a == kNoLabel ? rb : ra, {SurfaceRef::kOutline, 0}};
     if (a == kNoLabel) change.at = {q.x(), q.y(), zb};

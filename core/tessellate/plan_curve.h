@@ -11,7 +11,8 @@
 
 namespace diesink {
 
-// One of the surfaces whose meeting is a curve: a face's own surface, or the silhouette plane of a body's side.
+// One of the surfaces whose meeting is a curve: a face's own surface, or the silhouette plane of a
+// body's side.
 struct SurfaceRef {
   static constexpr std::int32_t kBase = -1, kNone = -2, kOutline = -3;
   static constexpr std::uint8_t kSilhouetteFace = 255;
@@ -24,7 +25,7 @@ enum class CurveType : std::uint8_t {
   kMeet,     // two faces meet at one height: a crease
   kShadow,   // a body ends: first is its visible face, second the silhouette or the face it ends at
   kOutline,  // the base ends
-  kUnsolved, // found by halving alone
+  kUnsolved,  // found by halving alone
 };
 
 // A curve in space over its plan: the common points of two surfaces.
@@ -37,7 +38,8 @@ struct PlanCurve {
   }
 };
 
-// A point of a curve: plan position and the height of the curve there (of the ending face, for a shadow).
+// A point of a curve: plan position and the height of the curve there (of the ending face, for a
+// shadow).
 struct CurvePoint {
   double x = 0, y = 0, z = 0;
 };
@@ -65,8 +67,8 @@ class CurveSolver {
   // The common plan point of two curves near `at`; z1, z2 are the curves' own heights there.
   bool corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1, double& z2) const;
 
-  // Where the label changes between p (label a) and q (label b), both found by evaluation: the curve, its point, and
-  // the heights of both labels there (NaN for a hole).
+  // Where the label changes between p (label a) and q (label b), both found by evaluation: the
+  // curve, its point, and the heights of both labels there (NaN for a hole).
   struct Change {
     PlanCurve curve;
     CurvePoint at;
@@ -77,7 +79,8 @@ class CurveSolver {
  private:
   // z is on the label's side of the middle of its quadric: the sheet that is seen.
   bool on_sheet(Label label, const Vec2& p, double z) const;
-  bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t, double& z) const;
+  bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
+                 double& z) const;
 
   const CompoundSurface::Impl* surface_;
   Label base_label_ = kNoLabel;
