@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Builds the benchmarks, runs them and prints one table: what, time of one run, and its rate.
+# usage: scripts/bench.sh [--filter REGEX] [--seconds S] [--json FILE]
+#   --filter   only benchmarks whose name matches
+#   --seconds  least time of each (default 0.5)
+#   --json     keep Google Benchmark's own figures as well, one object a program
+# SPDX-License-Identifier: Apache-2.0
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+filter=. seconds=0.5 json=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --filter|--seconds|--json)
+      [ $# -gt 1 ] || { echo "bench: $1 needs a value" >&2; exit 1; }
+      declare "${1#--}=$2"
+      shift 2 ;;
+    -h|--help) sed -n '2,6s/^# //p' "$0"; exit 0 ;;
+    *) echo "bench: unknown option '$1' (bench.sh --help)" >&2; exit 1 ;;
+  esac
+done
+
+scripts/setup.sh --bench
+mkdir -p build
+cmake --preset release -DDIESINK_BUILD_BENCH=ON >build/bench-configure.log 2>&1 ||
+  { tail -n 40 build/bench-configure.log >&2; exit 1; }
+cmake --build --preset release --target benches
+
+results=$(mktemp -d)
+trap 'rm -rf "$results"' EXIT
+for program in build/release/bin/*_bench; do
+  name=$(basename "$program")
+  echo "bench: $name" >&2
+  "$program" --benchmark_filter="$filter" --benchmark_min_time="$seconds" \
+    --benchmark_out="$results/$name.json" --benchmark_out_format=json >/dev/null 2>"$results/$name.log" ||
+    { cat "$results/$name.log" >&2; exit 1; }
+done
+
+python3 - "$results" "$json" <<'PYTHON'
+import json
+import os
+import sys
+
+folder, keep = sys.argv[1:3]
+UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
+
+
+def scaled(value, units):
+    for unit, size in units:
+        if value >= size:
+            return f"{value / size:.3g} {unit}"
+    return f"{value:.3g}"
+
+
+rows, all_figures, machine = [], {}, None
+for file in sorted(os.listdir(folder)):
+    path = os.path.join(folder, file)
+    if not file.endswith(".json") or os.path.getsize(path) == 0:
+        continue
+    with open(path) as stream:
+        figures = json.load(stream)
+    name = file[: -len(".json")]
+    all_figures[name] = figures
+    machine = figures["context"]
+    for b in figures["benchmarks"]:
+        if b.get("run_type") == "aggregate" or b.get("error_occurred"):
+            continue
+        seconds = b["real_time"] * UNITS[b["time_unit"]]
+        time = scaled(seconds, [("s", 1), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)])
+        rate = ""
+        if "items_per_second" in b:
+            rate = scaled(b["items_per_second"], [("G/s", 1e9), ("M/s", 1e6), ("k/s", 1e3), ("/s", 1)])
+        elif "bytes_per_second" in b:
+            rate = scaled(b["bytes_per_second"], [("GB/s", 1e9), ("MB/s", 1e6), ("kB/s", 1e3), ("B/s", 1)])
+        rows.append((name.removesuffix("_bench"), b["name"].removesuffix("/real_time"), time, rate))
+if keep:
+    with open(keep, "w") as stream:
+        json.dump(all_figures, stream, indent=1)
+        stream.write("\n")
+if machine:
+    print(f"{machine['num_cpus']} cores at {machine['mhz_per_cpu']} MHz, load {machine['load_avg'][0]:.2f}")
+rows.insert(0, ("stage", "benchmark", "time", "rate"))
+widths = [max(len(row[k]) for row in rows) for k in range(4)]
+for row in rows:
+    print(f"{row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:>{widths[2]}}  {row[3]:>{widths[3]}}")
+PYTHON
