@@ -11,7 +11,7 @@ namespace diesink {
 namespace {
 
 constexpr double kLeastEdge = 0x1p10;  // on the lattice: nothing is made shorter
-constexpr std::size_t kUrgencies = 64;
+constexpr int kLevels = 128;           // of urgency, for accuracy and for shape each
 
 struct Offset {
   double x, y;
@@ -28,6 +28,13 @@ struct Shape {
   std::uint32_t shortest;  // half-edge
   double ab, bc, ca;       // squared lengths
 };
+
+Shape shape_of(const std::array<LatticePoint, 3>& p, std::uint32_t t) {
+  const std::array<double, 3> l{square(p[1] - p[0]), square(p[2] - p[1]), square(p[0] - p[2])};
+  const std::uint32_t e = l[0] <= l[1] ? (l[0] <= l[2] ? 0U : 2U) : (l[1] <= l[2] ? 1U : 2U);
+  const std::uint32_t f = e == 2 ? 0 : e + 1, g = e == 0 ? 2 : e - 1;
+  return {p[e], p[f], p[g], 4 * t + e, l[e], l[f], l[g]};
+}
 
 LatticePoint rounded(double x, double y) { return {std::nearbyint(x), std::nearbyint(y)}; }
 
@@ -49,18 +56,24 @@ LatticePoint off_centre(const Shape& t, double reach) {
   return rounded(t.a.x + x, t.a.y + y);
 }
 
-// Larger circles first.
-std::size_t urgency(const Shape& t) {
+std::size_t level(double squared_length) {
+  return static_cast<std::size_t>(std::clamp(std::ilogb(squared_length), 0, kLevels - 1));
+}
+
+// The larger level is mended first. Accuracy: the larger circle first, which spreads the vertices
+// evenly. Shape, after that: the shorter edge first, which spoils the fewest triangles again.
+std::size_t accuracy_level(const Shape& t) {
   const double twice_area = cross(t.b - t.a, t.c - t.a);
   const double radius_squared = t.ab * t.bc * t.ca / (4 * twice_area * twice_area);
-  if (!(radius_squared < 0x1p126)) return kUrgencies - 1;
-  return radius_squared < 1 ? 0 : static_cast<std::size_t>(std::ilogb(radius_squared) / 2);
+  return kLevels + (radius_squared < 0x1p120 ? level(radius_squared) : kLevels - 1);
 }
+
+std::size_t shape_level(const Shape& t) { return kLevels - 1 - level(t.ab); }
 
 }  // namespace
 
 void PlanarTriangulation::start_round(const RefineRules& rules) {
-  bad_.resize(2 * kUrgencies);
+  bad_.resize(2 * kLevels);
   for (const Segment& s : requests_) {
     const std::uint32_t h = find_edge(s[0] + kFrame, s[1] + kFrame);
     if (h == kNoEdge) continue;
@@ -105,6 +118,7 @@ bool PlanarTriangulation::request(std::uint32_t h, bool for_shape) {
 bool PlanarTriangulation::is_held_at_corner(std::uint32_t segment) const {
   bool held = false;
   for (const std::uint32_t h : {segment, twin(segment)}) {
+    if (!is_inside(h >> 2)) continue;
     const double length = square(lattice_[origin(next(h))] - lattice_[origin(h)]);
     for (const std::uint32_t far : {next(h), prev(h)}) {  // the tip is opposite
       if (!is_small_corner(far)) continue;
@@ -116,20 +130,17 @@ bool PlanarTriangulation::is_held_at_corner(std::uint32_t segment) const {
   return held;
 }
 
-// What refinement needs to know of a triangle.
-static Shape shape_of(const std::array<LatticePoint, 3>& p, std::uint32_t t) {
-  const std::array<double, 3> l{square(p[1] - p[0]), square(p[2] - p[1]), square(p[0] - p[2])};
-  const std::uint32_t e = l[0] <= l[1] ? (l[0] <= l[2] ? 0U : 2U) : (l[1] <= l[2] ? 1U : 2U);
-  const std::uint32_t f = e == 2 ? 0 : e + 1, g = e == 0 ? 2 : e - 1;
-  return {p[e], p[f], p[g], 4 * t + e, l[e], l[f], l[g]};
-}
-
 bool PlanarTriangulation::is_small_corner(std::uint32_t h) const {
   if (!is_constrained(next(h)) || !is_constrained(prev(h))) return false;
   const LatticePoint& tip = lattice_[apex(h)];
   const Offset u = lattice_[origin(h)] - tip, v = lattice_[origin(next(h))] - tip;
   const double uv = dot(u, v);
   return uv > 0 && 4 * uv * uv > square(u) * square(v);
+}
+
+void PlanarTriangulation::push_bad(std::size_t level, const Ticket& ticket) {
+  bad_[level].push_back(ticket);
+  top_ = std::max(top_, level);
 }
 
 void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules) {
@@ -154,7 +165,7 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
     if (uv > 0 && uv * uv > cosine * cosine * shape.bc * shape.ca &&
         !(is_constrained(next(h)) && is_constrained(prev(h))) &&
         !(!is_constrained(h) && is_small_corner(twin(h)))) {
-      bad_[2 * urgency(shape) + 1].push_back(ticket);
+      push_bad(shape_level(shape), ticket);
       return;
     }
   }
@@ -169,7 +180,7 @@ void PlanarTriangulation::examine_accuracy(const Ticket& ticket, const RefineRul
   }
   const Shape shape =
       shape_of({lattice_[corner[0]], lattice_[corner[1]], lattice_[corner[2]]}, ticket.triangle);
-  bad_[2 * urgency(shape)].push_back(ticket);
+  push_bad(accuracy_level(shape), ticket);
 }
 
 PlanarTriangulation::Mended PlanarTriangulation::mend_at(const LatticePoint& q, std::uint32_t t,
@@ -216,11 +227,19 @@ void PlanarTriangulation::mend(const Ticket& bad, bool for_shape, const RefineRu
   Mended mended = mend_at(off_centre(shape, kNearer / std::tan(0.5 * angle)), t, for_shape, rules);
   if (mended == Mended::kHeld && for_shape) return examine_accuracy(bad, rules);
   if (mended == Mended::kHeld) {
-    // Accuracy without the segment: the middle of the longest edge, if that is free.
+    // Accuracy without that segment: the middle of the longest edge, or within the triangle.
     const std::uint32_t h = shape.bc >= shape.ca ? next(shape.shortest) : prev(shape.shortest);
-    if (is_constrained(h)) return;
-    const LatticePoint &a = lattice_[origin(h)], &b = lattice_[origin(next(h))];
-    mended = mend_at(rounded(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)), t, false, rules);
+    if (is_constrained(h)) {
+      mended = request(h, false) ? Mended::kWaits : Mended::kHeld;
+    } else {
+      const LatticePoint &a = lattice_[origin(h)], &b = lattice_[origin(next(h))];
+      mended = mend_at(rounded(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)), t, false, rules);
+    }
+    if (mended == Mended::kHeld) {
+      mended = mend_at(
+          rounded((shape.a.x + shape.b.x + shape.c.x) / 3, (shape.a.y + shape.b.y + shape.c.y) / 3),
+          t, false, rules);
+    }
   }
   if (mended == Mended::kWaits) deferred_.push_back(bad);
 }
@@ -228,20 +247,17 @@ void PlanarTriangulation::mend(const Ticket& bad, bool for_shape, const RefineRu
 std::vector<PlanarTriangulation::Segment> PlanarTriangulation::refine(const RefineRules& rules) {
   if (triangles_.empty()) return {};
   start_round(rules);
-  std::size_t top = bad_.size();
   while (points_.size() < rules.max_vertices) {
     while (!fresh_.empty()) {
       const Ticket ticket = fresh_.back();
       fresh_.pop_back();
       examine(ticket, rules);
-      top = bad_.size();
     }
-    while (top > 0 && bad_[top - 1].empty()) --top;
-    if (top == 0) break;
-    const Ticket bad = bad_[top - 1].back();
-    bad_[top - 1].pop_back();
-    mend(bad, (top - 1) % 2 == 1, rules);
-    top = std::min(top + 1, bad_.size());
+    while (top_ > 0 && bad_[top_].empty()) --top_;
+    if (bad_[top_].empty()) break;
+    const Ticket ticket = bad_[top_].back();
+    bad_[top_].pop_back();
+    mend(ticket, top_ < kLevels, rules);
   }
   return requests_;
 }

@@ -229,6 +229,7 @@ std::vector<SegmentCrossing> PlanarTriangulation::build(std::span<const Vec2> po
   triangles_.clear();
   fresh_.clear();
   bad_.clear();
+  top_ = 0;
   deferred_.clear();
   requests_.clear();
   keeps_fresh_ = false;

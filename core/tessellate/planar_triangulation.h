@@ -199,6 +199,7 @@ class PlanarTriangulation {
   // Refinement.
   enum class Mended : std::uint8_t { kDone, kWaits, kHeld };
   void start_round(const RefineRules& rules);
+  void push_bad(std::size_t level, const Ticket& ticket);
   void examine(const Ticket& ticket, const RefineRules& rules);
   void examine_accuracy(const Ticket& ticket, const RefineRules& rules);
   void mend(const Ticket& bad, bool for_shape, const RefineRules& rules);
@@ -230,6 +231,7 @@ class PlanarTriangulation {
   // Work left for refine().
   std::vector<Ticket> fresh_;             // made and not yet looked at
   std::vector<std::vector<Ticket>> bad_;  // by urgency
+  std::size_t top_ = 0;                   // no level above it has any
   std::vector<Ticket> deferred_;          // wait for the split of a segment
   std::vector<Segment> requests_;
   double min_angle_ = 0, shortest_edge_ = 0;  // radians; chart
