@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "core/compound/compound_impl.h"
+#include "core/tessellate/deviation_forms.h"
 
 namespace diesink {
 namespace {
@@ -23,20 +24,6 @@ constexpr double kUneven = 0.97;
 
 double coordinate_rounding(const Vec3& a, const Vec3& b) {
   return kRounding * std::fmax(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
-}
-
-// Edges of a triangle in a quadratic form: q[i] = e'Ae of the edge opposite vertex i.
-using EdgeForms = std::array<double, 3>;
-
-// Largest value of sum over pairs l_i l_j q_ij for l in the triangle; at least 0 (the vertices).
-double largest_between(const EdgeForms& q) {
-  double most = std::fmax(0, 0.25 * std::fmax(q[0], std::fmax(q[1], q[2])));
-  // The interior stationary point, as of the circumcentre; only a maximum counts.
-  const double l0 = q[0] * (q[1] + q[2] - q[0]), l1 = q[1] * (q[0] + q[2] - q[1]),
-               l2 = q[2] * (q[0] + q[1] - q[2]);
-  const double sum = l0 + l1 + l2;
-  if (l0 > 0 && l1 > 0 && l2 > 0) most = std::fmax(most, q[0] * q[1] * q[2] / sum);
-  return most;
 }
 
 // True where sum l_i l_j q_ij <= sum l_i m_i for all l in the triangle.
@@ -155,6 +142,11 @@ double over_plane(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3& c
 double middle(const Range& r) { return 0.5 * (r.lo + r.hi); }
 double half(const Range& r) { return 0.5 * (r.hi - r.lo); }
 
+// Norm of the symmetric matrix of second derivatives.
+double frobenius(double xx, double xy, double yy) {
+  return std::sqrt(xx * xx + 2 * xy * xy + yy * yy);
+}
+
 }  // namespace
 
 TriangleDeviation::TriangleDeviation(const CompoundSurface::Impl& surface) : surface_(&surface) {
@@ -163,6 +155,7 @@ TriangleDeviation::TriangleDeviation(const CompoundSurface::Impl& surface) : sur
   }
   if (const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&surface.base)) {
     base_.emplace(*ferguson);
+    if (ferguson->affine()) affine_.emplace(*ferguson);
   }
 }
 
@@ -182,62 +175,65 @@ double TriangleDeviation::operator()(Label label, const Vec3& a, const Vec3& b,
   return over_plane(plane, a, b, c) + rounding;
 }
 
+// By the lattice of second derivatives: the height differs from the interpolant by half the mean
+// over the vertices of the second derivative towards each, whose middle gives the form of the edges
+// and whose spread their lengths.
+bool TriangleDeviation::base_gap(const PlanBox& box, const Vec3& a, const Vec3& b, const Vec3& c,
+                                 BaseGap& out) const {
+  BaseShape shape;
+  if (!base_->over(box, shape)) return false;
+  const double hxx = middle(shape.zxx), hxy = middle(shape.zxy), hyy = middle(shape.zyy);
+  const double spread = frobenius(half(shape.zxx), half(shape.zxy), half(shape.zyy));
+  if (!std::isfinite(spread)) return false;
+  const std::array<Vec3, 3> edge{c - b, a - c, b - a};
+  EdgeForms above, below;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double x = edge[i].x(), y = edge[i].y();
+    const double form = hxx * x * x + 2 * hxy * x * y + hyy * y * y;
+    const double varying = spread * (x * x + y * y);
+    above[i] = 0.5 * (varying + form);
+    below[i] = 0.5 * (varying - form);
+  }
+  out.gap = std::fmax(largest_between(above), largest_between(below));
+  out.bend = frobenius(hxx, hxy, hyy) + spread;
+  out.slope = Vec2(middle(shape.zx), middle(shape.zy));
+  out.slope_spread = std::hypot(half(shape.zx), half(shape.zy));
+  return true;
+}
+
 double TriangleDeviation::over_base(const Vec3& a, const Vec3& b, const Vec3& c) const {
   PlanBox box{std::min({a.x(), b.x(), c.x()}), std::max({a.x(), b.x(), c.x()}),
               std::min({a.y(), b.y(), c.y()}), std::max({a.y(), b.y(), c.y()})};
   // A margin for the way from the triangle to the surface along a normal.
   const double margin = 0.03 * std::fmax(box.x1 - box.x0, box.y1 - box.y0);
   box = {box.x0 - margin, box.x1 + margin, box.y0 - margin, box.y1 + margin};
-  BaseShape shape;
-  if (!base_->over(box, shape)) return kInf;
-  const double hxx = middle(shape.zxx), hxy = middle(shape.zxy), hyy = middle(shape.zyy);
-  const double rx = half(shape.zxx), rxy = half(shape.zxy), ry = half(shape.zyy);
-  const double spread = std::sqrt(rx * rx + 2 * rxy * rxy + ry * ry);
-  if (!std::isfinite(spread)) return kInf;
-  // The height differs from the interpolant by half the mean over the vertices of the second
-  // derivative towards each: its middle gives the form of the edges, its spread their lengths.
-  const std::array<Vec3, 3> edge{c - b, a - c, b - a};
-  EdgeForms above, below;
-  double longest = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double x = edge[i].x(), y = edge[i].y();
-    const double form = hxx * x * x + 2 * hxy * x * y + hyy * y * y;
-    const double length = x * x + y * y;
-    above[i] = spread * length + form;
-    below[i] = spread * length - form;
-    longest = std::fmax(longest, length);
+  BaseGap base;
+  if (!(affine_ && affine_->over(a, b, c, margin, base)) && !base_gap(box, a, b, c, base)) {
+    return kInf;
   }
-  longest = std::sqrt(longest);
-  const double gap = 0.5 * std::fmax(largest_between(above), largest_between(below));
-
-  // Along the unit direction (-s, 1) the gap closes at (1 + s·grad z) / |(s, 1)|.
-  const double bend = std::sqrt(hxx * hxx + 2 * hxy * hxy + hyy * hyy) + spread;
-  const auto closing = [](double sx, double sy, double off) {
-    const double steep = std::hypot(sx, sy);
+  // Along the unit direction (-s, 1) / |(s, 1)| the gap closes at (1 + s·grad z) / |(s, 1)|.
+  const auto closing = [](const Vec2& s, double off) {
+    const double steep = s.norm();
     return (1 + steep * (steep - off)) / std::sqrt(1 + steep * steep);
   };
-  const auto farthest = [&shape](double sx, double sy) {
-    return std::hypot(std::fmax(sx - shape.zx.lo, shape.zx.hi - sx),
-                      std::fmax(sy - shape.zy.lo, shape.zy.hi - sy));
-  };
-  const double mx = middle(shape.zx), my = middle(shape.zy);
-  double speed = closing(mx, my, farthest(mx, my));
-  const Vec3 u = edge[2], w = -edge[1];
+  double speed = closing(base.slope, base.slope_spread);
+  const Vec3 u = b - a, w = c - a;
   const double det = u.x() * w.y() - u.y() * w.x();
   if (det != 0) {
     // s the triangle's own slope: it is the mean slope of the surface along each edge, which slopes
     // elsewhere differ from by what the second derivative does on the way.
-    const double sx = (u.z() * w.y() - w.z() * u.y()) / det,
-                 sy = (u.x() * w.z() - w.x() * u.z()) / det;
-    const double off =
-        bend * longest * std::sqrt(2.0) * u.head<2>().norm() * w.head<2>().norm() / std::fabs(det);
-    speed = std::fmax(speed, closing(sx, sy, std::fmin(off, farthest(sx, sy))));
+    const Vec2 s((u.z() * w.y() - w.z() * u.y()) / det, (u.x() * w.z() - w.x() * u.z()) / det);
+    const double lu = u.head<2>().norm(), lw = w.head<2>().norm();
+    const double longest = std::fmax(std::fmax(lu, lw), (c - b).head<2>().norm());
+    const double off = base.bend * longest * std::sqrt(2.0) * lu * lw / std::fabs(det);
+    speed =
+        std::fmax(speed, closing(s, std::fmin(off, (s - base.slope).norm() + base.slope_spread)));
   }
   // speed h - bend h² / 2 >= gap
-  const double disc = speed * speed - 2 * bend * gap;
-  if (!(speed > 0 && disc > 0)) return gap;
-  const double h = 2 * gap / (speed + std::sqrt(disc));
-  return h < gap && h < margin ? h : gap;
+  const double disc = speed * speed - 2 * base.bend * base.gap;
+  if (!(speed > 0 && disc > 0)) return base.gap;
+  const double h = 2 * base.gap / (speed + std::sqrt(disc));
+  return h < base.gap && h < margin ? h : base.gap;
 }
 
 double triangle_deviation(const CompoundSurface::Impl& surface, Label label, const Vec3& a,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/compound/compound_surface.h"
+#include "core/tessellate/deviation_affine.h"
 #include "core/tessellate/deviation_base.h"
 #include "core/tessellate/implicit.h"
 #include "core/vec.h"
@@ -49,10 +50,13 @@ class TriangleDeviation {
 
  private:
   [[nodiscard]] double over_base(const Vec3& a, const Vec3& b, const Vec3& c) const;
+  bool base_gap(const PlanBox& box, const Vec3& a, const Vec3& b, const Vec3& c,
+                BaseGap& out) const;
 
   const CompoundSurface::Impl* surface_;
   std::vector<Implicit> sides_;  // one a solid; a quadric where it has one
   std::optional<BaseCurvature> base_;
+  std::optional<AffineBase> affine_;
 };
 
 // The same for one triangle; a TriangleDeviation kept is faster, for the base by far.

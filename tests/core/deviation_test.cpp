@@ -110,6 +110,55 @@ TEST(TriangleDeviation, BoundsWhatSamplingFindsAndHardlyMore) {
   EXPECT_GT(measured_base, 100);
 }
 
+TEST(TriangleDeviation, BaseOfManyPatches) {
+  Random random(13);
+  RandomProgramOptions options;
+  options.solids = 1;
+  options.base = RandomBase::kFerguson;
+  int affine = 0, warped = 0;
+  for (std::uint64_t seed = 0; seed <= 5; ++seed) {
+    const CompoundSurface surface =
+        surface_of(seed == 0 ? fixture("fig6.part") : random_part_program(seed, options));
+    const TriangleDeviation deviation(surface.impl());
+    SeenFace base;
+    for (const SeenFace& face : seen_faces(surface)) {
+      if (!face.body) base = face;
+    }
+    ASSERT_NE(base.label, kNoLabel);
+    const bool is_affine = std::get<FergusonSurface>(surface.impl().base).affine().has_value();
+    (is_affine ? affine : warped) += 1;
+    for (const double size : {0.05, 0.5, 2.0, 6.0}) {
+      double sum = 0, sum_truth = 0;
+      for (int k = 0; k < 250; ++k) {
+        Vec3 v[3], p;
+        if (!base.draw(random, p)) continue;
+        const double turn = random.uniform(0, 7);
+        bool there = true;
+        for (int i = 0; i < 3; ++i) {
+          const double t = turn + 2.1 * i + random.uniform(-0.5, 0.5);
+          v[i].head<2>() = p.head<2>() + 0.577 * size * Vec2(std::cos(t), std::sin(t));
+          there = base.height(v[i].x(), v[i].y(), v[i].z()) && there;
+        }
+        if (!there) continue;
+        const double truth = sampled(base, v[0], v[1], v[2], 8);
+        if (truth < 0) continue;
+        const double bound = deviation(base.label, v[0], v[1], v[2]);
+        ASSERT_GE(bound, truth * (1 - 1e-9) - 1e-13 * surface.size()) << seed << ' ' << size;
+        sum += bound;
+        sum_truth += truth;
+      }
+      // Patches of fig6 are 4 wide; those of the others 15 and more.
+      if (size <= 0.5) {
+        EXPECT_LT(sum, (is_affine ? 1.15 : 1.5) * sum_truth) << seed << ' ' << size;
+      } else if (size <= 2) {
+        EXPECT_LT(sum, (is_affine ? 1.7 : 2.2) * sum_truth) << seed << ' ' << size;
+      }
+    }
+  }
+  EXPECT_GT(affine, 1);
+  EXPECT_GT(warped, 0);
+}
+
 TEST(TriangleDeviation, BoundsTheSurfaceOverTheTriangleToo) {
   Random random(12);
   int measured = 0;
