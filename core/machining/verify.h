@@ -1,0 +1,66 @@
+// Checks a tool path, whoever made it, against the compound surface: over the whole swept volume.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/compound/compound_surface.h"
+#include "core/mesh.h"
+#include "core/tool_path.h"
+
+namespace diesink {
+
+struct VerifyOptions {
+  Cutter cutter;
+  double intol = 0, outtol = 0;
+  std::optional<double> cusp;
+  std::optional<double> spacing;  // of the lattice of cusps; default a fortieth of the diameter
+  int threads = 0;                // 0 = all cores
+  std::function<void(double)> progress;  // 0..1; may be empty
+};
+
+// What a lattice point of the domain is; the map's pixels.
+enum class CutState : std::uint8_t {
+  kNoSurface,    // a hole
+  kCut,          // `height` is what stays over the surface, negative where it is gouged
+  kUncut,        // reachable, but no move comes over it
+  kUnreachable,  // the cutter cannot touch the surface there with its axis in the domain
+};
+
+struct VerifyReport {
+  double max_gouge = 0;
+  Vec3 max_gouge_at = Vec3::Zero();
+  double max_excess = 0;  // material left where the cutter fits, along the normal
+  Vec3 max_excess_at = Vec3::Zero();
+  double cusp_p50 = 0, cusp_p99 = 0,
+         cusp_max = 0;    // over the points that are cut to the limit or better
+  double uncut_area = 0;  // plan area, reachable, left higher than the limit or not cut at all
+  double limit = 0;       // OUTTOL plus the cusp height, where one is asked for
+  double unreachable_area = 0;
+  double bound = 0;  // the true largest gouge lies below max_gouge + bound
+  std::size_t points = 0;
+  double length = 0;              // of the cutting moves
+  std::size_t rapid_plunges = 0;  // rapid moves below the surface's top that do not go straight up
+  double spacing = 0;             // of the lattice
+
+  // The lattice over the domain, row-major from (x0, y0), x fastest.
+  std::size_t columns = 0, rows = 0;
+  std::vector<float> height;
+  std::vector<CutState> state;
+};
+
+// Gouges are the depth of the part in the volume that each move sweeps, found over a mesh of the
+// surface that is at most `deviation` away from it, whole triangles against whole moves, and at the
+// lattice's points on the surface itself. What stays is examined at the lattice's points: the
+// lowest height of the swept volumes over the surface, times the normal's z. Needs: the mesh
+// reaches a cutter's radius beyond the domain. Errors: kInput for a wrong cutter, a path without a
+// move, a spacing that gives too many points. Same result for any thread count.
+Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleMesh& mesh,
+                                 double deviation, const ToolPath& path,
+                                 const VerifyOptions& options);
+
+}  // namespace diesink

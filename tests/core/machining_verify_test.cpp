@@ -1,0 +1,236 @@
+// The verification against dense sampling, and its nose for errors that were put into a path.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/verify.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/machining/gouge_search.h"
+#include "core/machining/swept_heights.h"
+#include "core/machining/tool_path_plan.h"
+#include "core/part_program/part_program.h"
+#include "tests/support/height_mesh.h"
+#include "tests/support/random_program.h"
+
+namespace diesink {
+namespace {
+
+using test::height_mesh;
+using test::Random;
+
+CutterShape shape(double diameter, double corner) {
+  return CutterShape::make({diameter, corner}).value();
+}
+constexpr double kCutters[][2] = {{6, 3}, {6, 0}, {6, 1.2}};
+
+// Distance of a point inside a standing cutter to its outside, by the cutter's parts.
+double inside(const CutterShape& c, const Vec3& p) {
+  const double rho = p.head<2>().norm(), z = p.z(), r = c.corner();
+  if (z < 0 || rho > c.radius()) return 0;
+  double depth = std::fmin(z, c.radius() - rho);
+  if (z < r && rho > c.flat()) depth = r - std::hypot(rho - c.flat(), r - z);
+  return std::fmax(0, depth);
+}
+
+TEST(SweepDepth, MatchesSampling) {
+  for (const auto& d : kCutters) {
+    const CutterShape cutter = shape(d[0], d[1]);
+    Random random(11);
+    for (int round = 0; round < 60; ++round) {
+      const auto point = [&](double spread) {
+        return Vec3{random.uniform(-spread, spread), random.uniform(-spread, spread),
+                    random.uniform(-2, 2)};
+      };
+      const Vec3 a = point(4), b = point(4), c = point(4);
+      const Vec3 from{random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-3, 2)};
+      // Standing still: the depth in the cutter itself, no move's end rounds it off.
+      const SweepDepth still = sweep_depth(cutter, {from, from}, {a, b, c}, 0, 20);
+      double deepest = 0;
+      constexpr int kSteps = 150;
+      for (int i = 0; i <= kSteps; ++i) {
+        for (int j = 0; i + j <= kSteps; ++j) {
+          const Vec3 p = a + (b - a) * i / kSteps + (c - a) * j / kSteps;
+          deepest = std::fmax(deepest, inside(cutter, p - from));
+        }
+      }
+      EXPECT_GE(still.bound, deepest - 1e-9);
+      EXPECT_GE(still.found, deepest - 1e-7);
+      EXPECT_LE(still.found, deepest + 0.05);
+      EXPECT_LE(still.bound - still.found, 1e-6);
+      // A sweep holds every position of the cutter.
+      const Vec3 to = from + Vec3(3, -1, 0.5);
+      const SweepDepth swept = sweep_depth(cutter, {from, to}, {a, b, c}, 0, 20);
+      for (const double t : {0.0, 0.3, 1.0}) {
+        const Vec3 at = from + t * (to - from);
+        EXPECT_GE(swept.bound, sweep_depth(cutter, {at, at}, {a, b, c}, 0, 20).found - 1e-8);
+      }
+    }
+  }
+}
+
+TEST(SweptHeights, MatchSampling) {
+  for (const auto& d : kCutters) {
+    const CutterShape cutter = shape(d[0], d[1]);
+    Random random(12);
+    for (int round = 0; round < 300; ++round) {
+      const Vec3 from{random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-2, 2)};
+      const bool upright = random.chance(0.1);
+      const Vec3 to =
+          upright ? Vec3{from.x(), from.y(), 3}
+                  : Vec3{random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-2, 2)};
+      const double x = random.uniform(-5, 5), y = random.uniform(-5, 5);
+      double lowest = std::numeric_limits<double>::infinity();
+      for (int k = 0; k <= 4000; ++k) {
+        const Vec3 tip = from + (to - from) * k / 4000.0;
+        const double rho = std::hypot(x - tip.x(), y - tip.y());
+        if (rho <= cutter.radius()) lowest = std::fmin(lowest, tip.z() + cutter.height(rho));
+      }
+      const double found = swept_height(cutter, {from, to}, x, y);
+      if (std::isinf(lowest)) continue;
+      EXPECT_LE(found, lowest + 1e-12);
+      EXPECT_GE(found, lowest - 0.1);  // the samples' own steps at a steep rim
+    }
+  }
+}
+
+TEST(SweptHeights, TilesHideNothing) {
+  Random random(13);
+  for (const auto& d : kCutters) {
+    const CutterShape cutter = shape(d[0], d[1]);
+    std::vector<SweepMove> moves;
+    Vec3 at{0, 0, 1};
+    for (int k = 0; k < 120; ++k) {
+      const Vec3 to{random.uniform(0, 30), random.uniform(0, 20), random.uniform(0, 3)};
+      moves.push_back({at, to});
+      at = to;
+    }
+    const PlanLattice lattice{0, 0, 0.37, 0.41, 80, 49};
+    const std::vector<double> heights = swept_heights(cutter, moves, lattice, 2);
+    for (std::size_t j = 0; j < lattice.rows; j += 3) {
+      for (std::size_t i = 0; i < lattice.columns; i += 3) {
+        double lowest = std::numeric_limits<double>::infinity();
+        for (const SweepMove& m : moves) {
+          lowest = std::fmin(lowest, swept_height(cutter, m, lattice.x(i), lattice.y(j)));
+        }
+        EXPECT_EQ(heights[j * lattice.columns + i], lowest);
+      }
+    }
+  }
+}
+
+// A plane with a ball-shaped hill: paths for it are planned on its mesh.
+struct Part {
+  CompoundSurface surface;
+  TriangleMesh mesh;
+};
+
+Part part() {
+  Diagnostics diagnostics;
+  const auto program = parse_part_program(
+      "SOLID-DEF\nS1,SPHER,1\nP1,15,10,-6\nRAD,9\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S1\nMACHI-DEF\n"
+      "X-RNG,0,30\nY-RNG,0,20\n",
+      "hill.part", diagnostics);
+  Result<CompoundSurface> made = CompoundSurface::make(*program);
+  CompoundSurface surface = std::move(made.value());
+  TriangleMesh mesh = height_mesh(-4, 34, 381, -4, 24, 281,
+                                  [&](double x, double y) { return surface.at(x, y)->z; });
+  return {std::move(surface), std::move(mesh)};
+}
+
+PathOptions path_options() {
+  PathOptions options;
+  options.cutter = {6, 3};
+  options.cusp = 0.02;
+  options.intol = options.outtol = 0.02;
+  return options;
+}
+
+VerifyOptions verify_options() {
+  VerifyOptions options;
+  options.cutter = {6, 3};
+  options.intol = options.outtol = 0.02;
+  options.cusp = 0.02;
+  options.threads = 2;
+  return options;
+}
+
+TEST(VerifyPath, APlannedPathPassesAndSeededErrorsAreFound) {
+  const Part p = part();
+  const Result<PlannedPath> planned = plan_drop_path(p.mesh, 0, {0, 30, 0, 20}, path_options());
+  ASSERT_TRUE(planned) << planned.error().message;
+  const auto verify = [&](const ToolPath& path, const VerifyOptions& options) {
+    return verify_path(p.surface, p.mesh, 0, path, options).value();
+  };
+  const VerifyReport good = verify(planned->path, verify_options());
+  EXPECT_LE(good.max_gouge, 0.02 + 1e-9);
+  EXPECT_GT(good.max_gouge, 0.002);
+  EXPECT_LE(good.bound, 1e-6);
+  EXPECT_LE(good.cusp_p99, 0.04);
+  EXPECT_GT(good.cusp_p50, 0);
+  EXPECT_LT(good.uncut_area, 0.01 * 600);
+  EXPECT_EQ(good.rapid_plunges, 0u);
+  EXPECT_EQ(good.points, planned->path.points.size());
+
+  // One point lowered by twice the tolerance.
+  ToolPath lowered = planned->path;
+  const std::size_t victim = lowered.points.size() / 2;
+  lowered.points[victim].tip.z() -= 0.04;
+  const VerifyReport gouged = verify(lowered, verify_options());
+  EXPECT_GT(gouged.max_gouge, 0.03);
+  EXPECT_LE((gouged.max_gouge_at - lowered.points[victim].tip).head<2>().norm(), 3.5);
+
+  // A pass left out: leave off two neighbouring rows of points.
+  ToolPath missing = planned->path;
+  const double row = lowered.points[victim].tip.y();
+  std::erase_if(missing.points, [&](const ClPoint& q) {
+    return std::fabs(q.tip.y() - row) < 0.3 && q.motion == Motion::kFeed;
+  });
+  const VerifyReport gap = verify(missing, verify_options());
+  EXPECT_GT(gap.max_excess, 1.5 * good.cusp_max);
+  EXPECT_GT(gap.uncut_area, good.uncut_area + 1);
+
+  // A wrong cutter: larger ones gouge.
+  VerifyOptions larger = verify_options();
+  larger.cutter = {8, 4};
+  EXPECT_GT(verify(planned->path, larger).max_gouge, 0.1);
+  VerifyOptions flat = verify_options();
+  flat.cutter = {6, 0};
+  EXPECT_GT(verify(planned->path, flat).max_gouge, 0.1);
+
+  // A rapid move down.
+  ToolPath plunging = planned->path;
+  plunging.points[1].motion = Motion::kRapid;
+  EXPECT_EQ(verify(plunging, verify_options()).rapid_plunges, 1u);
+}
+
+TEST(VerifyPath, SameForAnyThreads) {
+  const Part p = part();
+  const Result<PlannedPath> planned = plan_drop_path(p.mesh, 0, {0, 30, 0, 20}, path_options());
+  ASSERT_TRUE(planned);
+  VerifyOptions options = verify_options();
+  options.threads = 1;
+  const VerifyReport one = verify_path(p.surface, p.mesh, 0, planned->path, options).value();
+  options.threads = 7;
+  const VerifyReport seven = verify_path(p.surface, p.mesh, 0, planned->path, options).value();
+  EXPECT_EQ(one.max_gouge, seven.max_gouge);
+  EXPECT_EQ(one.max_gouge_at, seven.max_gouge_at);
+  EXPECT_EQ(one.height, seven.height);
+  EXPECT_EQ(one.state, seven.state);
+  EXPECT_EQ(one.cusp_p50, seven.cusp_p50);
+}
+
+TEST(VerifyPath, ABlindPathIsNotCalledGood) {
+  const Part p = part();
+  // Three passes over a part of the domain only, well above.
+  ToolPath path;
+  path.points = {
+      {{0, 0, 20}, Motion::kRapid}, {{0, 0, 5}, Motion::kFeed}, {{30, 0, 5}, Motion::kFeed}};
+  const VerifyReport report = verify_path(p.surface, p.mesh, 0, path, verify_options()).value();
+  EXPECT_EQ(report.max_gouge, 0);
+  EXPECT_GT(report.max_excess, 4.9);
+  EXPECT_GT(report.uncut_area, 500);
+}
+
+}  // namespace
+}  // namespace diesink
