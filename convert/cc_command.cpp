@@ -132,6 +132,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   const Loaded<CompoundSurface> loaded = load_surface(options.part);
   if (!loaded.value) return loaded.status;
   const CompoundSurface& surface = *loaded.value;
+  Progress progress("evaluating", common.quiet);
   CcData data;
   if (!options.points.empty()) {
     Diagnostics diagnostics;
@@ -145,7 +146,9 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
     if (!grid) return report(grid.error());
     data.grid = std::move(*grid);
   }
+  progress.next("finding edges");
   if (!options.edges.empty()) data.edges = find_edges(surface, data.grid, common.threads);
+  progress.next("writing " + options.output);
   OutputFiles files;
   if (Status done = write_points(surface, options, data, files); !done) return report(done.error());
   if (Status done = write_edges(surface, options, data, files); !done) return report(done.error());

@@ -102,40 +102,51 @@ ExitStatus print(std::string_view text) {
 }
 
 Progress::Progress(std::string work, bool quiet)
-    : work_(std::move(work)),
-      enabled_(!quiet && isatty(STDERR_FILENO) == 1),
-      start_(Clock::now()),
-      last_(start_) {}
-
-Progress::~Progress() {
-  if (shown_) write_all(STDERR_FILENO, "\r\x1b[K");
+    : work_(std::move(work)), begun_(Clock::now()), work_begun_(begun_) {
+  if (quiet || isatty(STDERR_FILENO) != 1) return;
+  drawer_ = std::jthread([this](const std::stop_token& stop) { draw_until(stop); });
 }
 
-void Progress::update(double part) {
-  if (!enabled_) return;
-  const Clock::time_point now = Clock::now();
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
-  if (elapsed < 1.0 || std::chrono::duration<double>(now - last_).count() < 0.1) return;
-  last_ = now;
-  shown_ = true;
-  part = std::clamp(part, 0.0, 1.0);
-  constexpr int kWidth = 30;
-  const int filled = static_cast<int>(part * kWidth);
-  char line[160];
-  if (part > 0) {
-    const double rate = 100 * part / elapsed;
-    const double left = elapsed * (1 - part) / part;
-    std::snprintf(line, sizeof line, "] %3d %%, %.1f %%/s, %.0f s left",
-                  static_cast<int>(100 * part), rate, left);
-  } else {
-    std::snprintf(line, sizeof line, "] %.0f s", elapsed);
+Progress::~Progress() {
+  drawer_.request_stop();
+  stopped_.notify_all();
+}
+
+void Progress::next(std::string work) {
+  const std::scoped_lock lock(guard_);
+  work_ = std::move(work);
+  work_begun_ = Clock::now();
+  part_ = 0;
+}
+
+void Progress::draw_until(const std::stop_token& stop) {
+  using namespace std::chrono_literals;
+  bool shown = false;
+  std::unique_lock lock(guard_);
+  while (!stopped_.wait_for(lock, stop, 200ms, [&] { return stop.stop_requested(); })) {
+    const Clock::time_point now = Clock::now();
+    if (now - begun_ < 1s) continue;
+    write_all(STDERR_FILENO, line(now));
+    shown = true;
   }
-  std::string text = "\r" + work_ + " [";
-  text.append(static_cast<std::size_t>(filled), '#');
-  text.append(static_cast<std::size_t>(kWidth - filled), '.');
-  text += line;
-  text += "\x1b[K";
-  write_all(STDERR_FILENO, text);
+  if (shown) write_all(STDERR_FILENO, "\r\x1b[K");
+}
+
+std::string Progress::line(Clock::time_point now) const {
+  const double elapsed = std::chrono::duration<double>(now - work_begun_).count();
+  const double part = std::clamp(part_.load(std::memory_order_relaxed), 0.0, 1.0);
+  std::string text = "\r" + work_;
+  char figures[96];
+  if (part > 0) {
+    constexpr std::size_t kWidth = 30;
+    const auto filled = static_cast<std::size_t>(part * kWidth);
+    text += " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
+    std::snprintf(figures, sizeof figures, " %d %%, %.1f %%/s, %.0f s left",
+                  static_cast<int>(100 * part), 100 * part / elapsed, elapsed * (1 - part) / part);
+  } else {
+    std::snprintf(figures, sizeof figures, " ... %.0f s", elapsed);
+  }
+  return text + figures + "\x1b[K";
 }
 
 double Stopwatch::lap() {

@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 
 #include "core/diagnostics.h"
 #include "core/result.h"
@@ -38,7 +42,8 @@ void report_warning(const std::string& file, std::string message);
 // A whole answer on stdout. A full disk or a closed pipe is kNotWritten, told on stderr.
 ExitStatus print(std::string_view text);
 
-// A progress line on stderr: only on a terminal, only once the work has lasted over a second.
+// A progress line on stderr: only on a terminal, only once the work has lasted over a second. A
+// thread of its own draws it, so that work which cannot tell its part still shows that it goes on.
 class Progress {
  public:
   // `work` is what is being done ("tessellating"); nothing is ever shown where `quiet`.
@@ -47,16 +52,23 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress();
 
-  // part: 0..1 of the work. Cheap to call often; from one thread at a time.
-  void update(double part);
+  // part: 0..1 of the work. Cheap to call often, from any thread.
+  void update(double part) { part_.store(part, std::memory_order_relaxed); }
+  // The next piece of work, whose part is not known yet.
+  void next(std::string work);
 
  private:
   using Clock = std::chrono::steady_clock;
+  void draw_until(const std::stop_token& stop);
+  [[nodiscard]] std::string line(Clock::time_point now) const;
+
   std::string work_;
-  bool enabled_;
-  bool shown_ = false;
-  Clock::time_point start_;
-  Clock::time_point last_;
+  Clock::time_point begun_;       // the whole
+  Clock::time_point work_begun_;  // this piece
+  std::atomic<double> part_{0};
+  std::mutex guard_;  // of work_ and work_begun_
+  std::condition_variable_any stopped_;
+  std::jthread drawer_;  // where it is shown at all
 };
 
 // Seconds since it was made or last asked.

@@ -109,7 +109,9 @@ std::string as_json(const MeshFile& in, const MeshTarget& target, const WrittenM
 
 ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile& in,
                    const MeshTarget& target, const Diagnostics& read) {
+  Progress progress("mending", common.quiet);
   const Mended mended = mend(in.mesh, options);
+  progress.next("writing " + target.path);
   Diagnostics told;
   const auto warn = [&](const std::string& file, const std::vector<std::string>& messages) {
     for (const std::string& each : messages) told.warning(each, {file, 0, 0, -1});
@@ -140,7 +142,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   if (options.output == "-" && common.json)
     return report_usage("OUT - and --json both want stdout");
   Diagnostics diagnostics;
-  Loaded<MeshFile> in = load_mesh(options.input, options.in, common.threads, diagnostics);
+  Loaded<MeshFile> in = load_mesh(options.input, options.in, common, diagnostics);
   if (!in.value) return in.status;
   return convert(options, common, *in.value, targets->front(), diagnostics);
 }

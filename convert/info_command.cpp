@@ -31,10 +31,12 @@ ExitStatus tell_program(std::span<const std::byte> bytes, const std::string& pat
 ExitStatus tell_mesh(std::span<const std::byte> bytes, const Options& options,
                      const CommonOptions& common) {
   Diagnostics diagnostics;
-  const Loaded<MeshFile> file =
-      load_mesh(bytes, options.file, options.in, common.threads, diagnostics);
+  const Loaded<MeshFile> file = load_mesh(bytes, options.file, options.in, common, diagnostics);
   if (!file.value) return file.status;
-  const MeshTopology topology = topology_of(file.value->mesh);
+  const MeshTopology topology = [&] {
+    const Progress progress("counting", common.quiet);
+    return topology_of(file.value->mesh);
+  }();
   return print(common.json ? mesh_info_json(*file.value, topology, diagnostics)
                            : mesh_info(*file.value, topology));
 }

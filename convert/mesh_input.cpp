@@ -19,22 +19,26 @@ std::size_t max_bytes_of(const MeshInputOptions& options) {
   return options.max_memory ? static_cast<std::size_t>(*options.max_memory) << 20 : kMaxFileBytes;
 }
 
-Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options, int threads,
-                           Diagnostics& diagnostics) {
+Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
+                           const CommonOptions& common, Diagnostics& diagnostics) {
   const Result<InputBytes> file = read_file(path, max_bytes_of(options));
   if (!file) return {std::nullopt, report(file.error())};
-  return load_mesh(file->bytes(), path, options, threads, diagnostics);
+  return load_mesh(file->bytes(), path, options, common, diagnostics);
 }
 
 Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,
-                           const MeshInputOptions& options, int threads, Diagnostics& diagnostics) {
+                           const MeshInputOptions& options, const CommonOptions& common,
+                           Diagnostics& diagnostics) {
   ReadOptions read;
-  read.threads = threads;
+  read.threads = common.threads;
   if (options.max_memory) read.max_memory = max_bytes_of(options);
   if (options.max_triangles) {
     read.max_triangles = static_cast<std::size_t>(*options.max_triangles) * 1'000'000;
   }
-  Result<MeshFile> file = read_mesh_bytes(bytes, path, read, diagnostics);
+  Result<MeshFile> file = [&] {
+    const Progress progress("reading " + path, common.quiet);
+    return read_mesh_bytes(bytes, path, read, diagnostics);
+  }();
   const ExitStatus told = report(diagnostics);
   if (!file) return {std::nullopt, report(file.error())};
   if (told != ExitStatus::kDone) return {std::nullopt, told};

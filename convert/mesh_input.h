@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "convert/command.h"
 #include "convert/input.h"
 #include "formats/mesh_file.h"
 
@@ -20,11 +21,12 @@ struct MeshInputOptions {
 void add_mesh_input_options(CLI::App& app, MeshInputOptions& options);
 
 // Reads a mesh ("-" is stdin). Its warnings are told, and kept in `diagnostics`.
-Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options, int threads,
-                           Diagnostics& diagnostics);
+Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
+                           const CommonOptions& common, Diagnostics& diagnostics);
 // The same for the content of `path`, read before.
 Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,
-                           const MeshInputOptions& options, int threads, Diagnostics& diagnostics);
+                           const MeshInputOptions& options, const CommonOptions& common,
+                           Diagnostics& diagnostics);
 // Bytes a file may have.
 std::size_t max_bytes_of(const MeshInputOptions& options);
 

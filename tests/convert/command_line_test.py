@@ -4,10 +4,12 @@
 import csv
 import io
 import json
+import os
 import shutil
 import signal
 import subprocess
 import sys
+import time
 import unittest
 
 from program import (ALLPRIMS, BAD_INPUT, BALL, DONE, FIG6, NOT_WRITTEN, PROGRAM, SOURCE, WRONG_USAGE, CommandLineTest,
@@ -248,6 +250,31 @@ class Outputs(CommandLineTest):
             ended = self.interrupt_while_writing("cc", part, "-o", "x.csv", sent=sent)
             self.assertEqual(ended, -sent)
             self.assertEqual(self.files(), [part.name])
+
+    def on_terminal(self, *words, seconds):
+        """Runs the program with a terminal as stderr and a stdout that nobody reads for some time; gives its stderr."""
+        ours, theirs = os.openpty()
+        process = subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stderr=theirs, stdout=subprocess.PIPE)
+        os.close(theirs)
+        time.sleep(seconds)
+        process.stdout.read()
+        process.stdout.close()
+        written = b""
+        try:
+            while piece := os.read(ours, 4096):
+                written += piece
+        except OSError:  # the other end is closed
+            pass
+        os.close(ours)
+        self.assertEqual(process.wait(timeout=60), DONE)
+        return written
+
+    def test_progress_on_a_terminal_after_a_second(self):
+        # More than a pipe holds: the program waits for its reader.
+        words = ["cc", FIG6, "-o", "-"]
+        self.assertIn(b"\rwriting - ... ", self.on_terminal(*words, seconds=2))
+        self.assertEqual(self.on_terminal(*words, "--quiet", seconds=2), b"")
+        self.assertEqual(self.on_terminal(*words, seconds=0), b"")
 
     def test_upper_case_ending(self):
         self.run_program("cc", FIG6, "-o", "x.CSV", status=DONE)

@@ -5,7 +5,7 @@ import json
 import re
 import unittest
 
-from program import BAD_INPUT, NOT_WRITTEN, WRONG_USAGE, CommandLineTest, limited_file_size
+from program import BAD_INPUT, NOT_IN_BUILD, NOT_WRITTEN, WRONG_USAGE, CommandLineTest, limited_file_size
 
 # A tetrahedron: 4 vertices, 4 triangles, volume 1/6 of 2*3*4.
 TETRA = """o tip
@@ -111,6 +111,12 @@ class Convert(CommandLineTest):
         mended = json.loads(self.run_program("info", "r.ply", "--json").stdout)
         self.assertEqual((mended["watertight"], mended["vertices"], mended["triangles"]), (True, 4, 4))
         self.assertAlmostEqual(mended["volume"], 4, places=12)
+
+    def test_what_this_build_cannot_do(self):
+        done = self.run_program("convert", self.write("a.off", b"OFF BINARY\n" + bytes(40)), "out.obj",
+                                status=NOT_IN_BUILD)
+        self.assertIn(b"binary OFF is not read", done.stderr)
+        self.assertEqual(self.files(), ["a.off"])
 
     def test_limits(self):
         source = self.write("in.obj", TETRA * 20000)
