@@ -13,6 +13,29 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
+// One of each quadric at a point, twice: upright and leaning; added and then cut.
+std::string bodies(const std::string& at, double a, double b, double c) {
+  const std::string sa = std::to_string(a), sb = std::to_string(b), sc = std::to_string(c);
+  std::string text = "SOLID-DEF\n", terms;
+  for (const std::string turn : {"0", "1"}) {
+    const std::string pose = "\nP1," + at + "\nNOR," + turn + ",0.4,1\n";
+    const std::string lean = turn == "0" ? "\nP1," + at + "\nNOR,0,0,1\n" : pose;
+    const std::string axes = "LVE,1,2,0.3\nL-R," + sa + "\nS-R," + sb + "\nLEN," + sc + "\n";
+    text += "E" + turn + ",E-CONE,2" + lean + axes;
+    text += "F" + turn + ",E-CYLI,2" + pose + axes;
+    text += "C" + turn + ",R-CONE,2" + lean + "RAD," + sb + "\nLEN," + sc + "\n";
+    text += "K" + turn + ",R-CYLI,2" + pose + "RAD," + sb + "\nLEN," + sc + "\n";
+    text += "M" + turn + ",PARAB,2" + (turn == "0" ? "\nP1," + at + "\nNOR,0,0,-1\n" : pose) +
+            "FOC," + std::to_string(b * b / (4 * c)) + "\nLEN," + sc + "\n";
+    text += "L" + turn + ",ELLIP,1\nP1," + at + "\nV1,1," + turn + ",0.2\nV2," + turn +
+            ",0.3,1\nA," + sa + "\nB," + sb + "\nC," + sc + "\n";
+    for (const char* id : {"E", "F", "C", "K", "M", "L"}) terms += "+" + (id + turn);
+  }
+  std::string cuts = terms;
+  for (char& c1 : cuts) c1 = c1 == '+' ? '-' : c1;
+  return text + "BOOLE-DEF\n" + terms.substr(1) + cuts + "\nMACHI-DEF\nX-RNG,0,9\nY-RNG,0,9\n";
+}
+
 std::vector<std::string> programs() {
   std::vector<std::string> texts{fixture("allprims.part"), fixture("fig6.part")};
   RandomProgramOptions options;
@@ -21,13 +44,13 @@ std::vector<std::string> programs() {
     options.base = seed % 2 ? RandomBase::kFerguson : RandomBase::kPlane;
     texts.push_back(random_part_program(seed, options));
   }
-  // The same bodies far from the origin, and cut instead of added.
-  std::string all = fixture("allprims.part");
-  std::string cut = all;
+  // The same bodies cut instead of added, and bodies far from the origin.
+  std::string cut = fixture("allprims.part");
   for (std::size_t at = cut.find("BOOLE-DEF"); at < cut.find("MACHI-DEF"); ++at) {
     if (cut[at] == '+') cut[at] = '-';
   }
   texts.push_back(cut);
+  texts.push_back(bodies("1000000,-3000000,500000", 5, 3, 8));
   return texts;
 }
 
@@ -57,8 +80,12 @@ TEST(FaceChart, ThereAndBackOnEveryFace) {
         ASSERT_LT((back - p).norm(), 10 * allowed) << what;
         // Exactly on the surface, by the definition of the body.
         if (is_side(face)) {
-          const Eigen::Matrix4d q = side_matrix(std::get<QuadricBody>(face.body->body()));
-          EXPECT_LT((nearest_on(q, back) - back).norm(), 5 * allowed) << what;
+          // About the body's own place: a matrix for program coordinates far from the origin
+          // would itself be rounded too coarsely.
+          QuadricBody body = std::get<QuadricBody>(face.body->body());
+          const Vec3 on = back - body.p;
+          body.p.setZero();
+          EXPECT_LT((nearest_on(side_matrix(body), on) - on).norm(), 5 * allowed) << what;
         }
         const Vec2 again = chart.to_chart(back);
         EXPECT_LT((again - c).norm(), 1e-12 * surface.size()) << what;
@@ -206,6 +233,47 @@ TEST(FaceChart, SpacingKeepsTheToleranceAndSpendsIt) {
   std::printf(
       "%d triangles, deviation / tolerance: mean %.3f most %.3f; least angle %.1f, %d below 18\n",
       measured, sum / measured, over, angle, thin);
+}
+
+// Long, flat and sharp bodies: the charts stay one to one and the spacing sensible, only the shape
+// of triangles suffers.
+TEST(FaceChart, UnusualProportions) {
+  const double sizes[][3] = {{5, 5, 100}, {50, 1, 8}, {50, 40, 0.5}, {0.2, 0.1, 30}, {3, 0.1, 3}};
+  int measured = 0, seen = 0;
+  for (const double(&abc)[3] : sizes) {
+    const CompoundSurface surface = surface_of(bodies("0,0,0", abc[0], abc[1], abc[2]));
+    const TriangleDeviation deviation(surface.impl());
+    Random random(25);
+    for (const SeenFace& face : seen_faces(surface)) {
+      if (!is_side(face)) continue;
+      const FaceChart chart(surface.impl(), face.label, deviation.base());
+      const std::string what = surface.element_name(face.label);
+      for (int k = 0; k < 40; ++k) {
+        Vec3 p, back;
+        if (!face.draw(random, p)) continue;
+        ++seen;
+        const Vec2 c = chart.to_chart(p);
+        ASSERT_TRUE(chart.from_chart(c, back)) << what;
+        EXPECT_LT((back - p).norm(), 1e-11 * surface.size()) << what;
+        const double edge = chart.spacing(p, 1e-3);
+        ASSERT_GT(edge, 0);
+        Vec3 v[3];
+        bool there = true;
+        for (int i = 0; i < 3; ++i) {
+          const double t = 0.1 * k + 2 * kPi * i / 3;
+          there =
+              chart.from_chart(c + edge / std::sqrt(3.0) * Vec2(std::cos(t), std::sin(t)), v[i]) &&
+              there;
+        }
+        if (!there) continue;
+        ++measured;
+        const double off = deviation(face.label, v[0], v[1], v[2]);
+        EXPECT_LT(off, 3e-3) << what;
+      }
+    }
+  }
+  EXPECT_GT(seen, 1000);
+  EXPECT_GT(measured, 500);
 }
 
 TEST(TurnTable, ArcLengthOfAnEllipse) {
