@@ -235,14 +235,14 @@ void PlanarTriangulation::join_chain(std::vector<ChainEdge>& chain) {
 }
 
 PlanarTriangulation::Way PlanarTriangulation::recover(std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t there = find_edge(a, b);
+  if (there != kNoEdge) {
+    set_edge_marks(there, kConstrained);
+    set_edge_marks(twin(there), kConstrained);
+    return Way::kEdge;
+  }
   const Way way = trace(a, b);
   if (way == Way::kBlocked) return way;
-  if (way == Way::kEdge) {
-    const std::uint32_t h = find_edge(a, b);
-    set_edge_marks(h, kConstrained);
-    set_edge_marks(twin(h), kConstrained);
-    return way;
-  }
   const std::uint32_t inside = triangles_[hole_[0]].marks & kInside;
   for (const std::uint32_t t : hole_) triangles_[t].marks |= kInHole;
   // Both sides of an edge can lie in the hole, which then runs round its end.

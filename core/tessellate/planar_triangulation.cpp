@@ -32,12 +32,15 @@ void PlanarTriangulation::set_twins(std::uint32_t h, std::uint32_t o) {
 }
 
 std::uint32_t PlanarTriangulation::find_edge(std::uint32_t a, std::uint32_t b) const {
-  const std::uint32_t first = edge_of_[a];
-  std::uint32_t h = first;
+  // Round both ends at once: one of them may be the hub of a thousand edges.
+  const std::uint32_t first = edge_of_[a], last = edge_of_[b];
+  std::uint32_t h = first, g = last;
   do {
     if (origin(next(h)) == b) return h;
+    if (origin(next(g)) == a) return twin(g);
     h = twin(prev(h));
-  } while (h != first);
+    g = twin(prev(g));
+  } while (h != first && g != last);
   return kNoEdge;
 }
 

@@ -42,8 +42,8 @@ struct RefineRules {
   // Chart length: refinement for shape makes no edge shorter, nor asks for a segment to be split
   // whose halves would be. (What too_coarse asks for is not held by it.)
   double shortest_edge = 0;
-  // Also ask for segments to be split that have a vertex in their diametral circle without a bad
-  // triangle beside them.
+  // With min_angle > 0: also ask for segments to be split that have a vertex in their diametral
+  // circle without a bad triangle beside them.
   bool split_encroached = true;
   std::size_t max_vertices = std::numeric_limits<std::size_t>::max();
 };
