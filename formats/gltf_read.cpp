@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <new>
@@ -21,7 +22,8 @@ namespace {
 namespace tg = diesink_tinygltf;
 
 constexpr std::size_t kItemsOfAny = 500'000;  // vertices or triangles a file of any size may hold
-constexpr std::size_t kItemsPerByte = 64;
+constexpr std::size_t kItemsPerByte = 4;
+constexpr std::size_t kItemsPerPackedByte = 64;
 enum Mode {
   kPoints,
   kLineList,
@@ -78,7 +80,7 @@ class Reader {
         weld_(mesh_, options.weld) {
     std::size_t bytes = file_bytes;
     for (const GltfBuffer& buffer : model.buffers) bytes += buffer.owned.size();
-    most_items_ = kItemsOfAny + kItemsPerByte * bytes;
+    most_items_ = kItemsOfAny + kItemsPerByte * bytes + kItemsPerPackedByte * packed_bytes();
   }
 
   Result<TriangleMesh> run();
@@ -98,8 +100,10 @@ class Reader {
     return Error{ErrorCode::kInput, place_ + what, Place{options_.file_name}};
   }
 
+  [[nodiscard]] std::size_t packed_bytes() const;
   Status count_items(const GltfScene& scene);
   void prepare_elements();
+  void check_extent();
   std::uint32_t element_for(const GltfScene& scene, const GltfInstance& at, std::size_t p);
   std::string fresh_name(std::string name);
   Result<Arrays> arrays(const GltfInstance& at, std::size_t p);
@@ -125,8 +129,8 @@ class Reader {
   GltfWeld weld_;
   std::size_t most_items_ = 0;
   bool any_normals_ = false;
-  std::vector<int> element_of_material_;  // of our own materials, else -1
-  std::set<std::string> names_;
+  std::vector<int> element_of_material_;      // of our own materials, else -1
+  std::map<std::string, std::size_t> names_;  // and the last number given behind each
   std::map<std::string, std::size_t> warnings_;
   std::string place_;  // "meshes[0].primitives[2] ", for messages
 };
@@ -136,6 +140,24 @@ void Reader::tell_warnings() {
     diagnostics_.warning(count > 1 ? std::to_string(count) + " times: " + text : text,
                          Place{options_.file_name});
   }
+}
+
+// Of all views that hold compressed geometry, each counted once.
+std::size_t Reader::packed_bytes() const {
+  std::set<int> views;
+  for (const auto& mesh : model_.primitives) {
+    for (const GltfPrimitiveExtras& primitive : mesh) {
+      if (primitive.draco) views.insert(primitive.draco->view);
+    }
+  }
+  std::size_t bytes = 0;
+  for (const int view : views) {
+    bytes += model_.file.bufferViews[static_cast<std::size_t>(view)].byteLength;
+  }
+  for (const std::optional<GltfMeshopt>& packed : model_.meshopt) {
+    if (packed) bytes += packed->length;
+  }
+  return bytes;
 }
 
 // Adds up what the instances will need before anything is built, so that a few bytes cannot ask for
@@ -184,6 +206,23 @@ Status Reader::count_items(const GltfScene& scene) {
   return ok();
 }
 
+// glTF's unit is the metre; many files hold millimetres all the same.
+void Reader::check_extent() {
+  if (mesh_.positions.empty()) return;
+  Vec3 low = mesh_.positions[0], high = low;
+  for (const Vec3& p : mesh_.positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double metres = (high - low).maxCoeff() * metres_per(mesh_.unit);
+  if (metres > 100 || (metres > 0 && metres < 1e-4)) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.begin(), text.end(), metres, std::chars_format::general, 4);
+    warn("the mesh is " + std::string(text.begin(), end.ptr) +
+         " m large: its unit may not be the metre that glTF prescribes");
+  }
+}
+
 // Our own materials are the elements, in their order, whether a primitive uses them or not.
 void Reader::prepare_elements() {
   element_of_material_.assign(model_.materials.size(), -1);
@@ -197,16 +236,20 @@ void Reader::prepare_elements() {
       const auto& factor = model_.file.materials[m].pbrMetallicRoughness.baseColorFactor;
       element.color = srgb_of({factor[0], factor[1], factor[2], factor[3]});
     }
-    names_.insert(element.name);
+    names_[element.name] = 1;
     element_of_material_[m] = static_cast<int>(mesh_.elements.size());
     mesh_.elements.push_back(std::move(element));
   }
 }
 
+// The name, or the name with the first number behind it that makes it new.
 std::string Reader::fresh_name(std::string name) {
-  std::string unique = name;
-  for (int i = 2; !names_.insert(unique).second; ++i) unique = name + '#' + std::to_string(i);
-  return unique;
+  std::size_t& last = names_[name];
+  if (++last == 1) return name;
+  for (;; ++last) {
+    std::string numbered = name + '#' + std::to_string(last);
+    if (names_.try_emplace(numbered, 1).second) return numbered;
+  }
 }
 
 std::uint32_t Reader::element_for(const GltfScene& scene, const GltfInstance& at, std::size_t p) {
@@ -422,9 +465,6 @@ void Reader::add_triangles(const Arrays& arrays, const Placing& placing, const I
     if (placing.mirrors) std::swap(corner[1], corner[2]);
     const std::array<std::uint32_t, 3> triangle{vertex[corner[0]], vertex[corner[1]],
                                                 vertex[corner[2]]};
-    if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
-      warn("a triangle with two corners in one point");
-    }
     mesh_.triangles.push_back(triangle);
     mesh_.triangle_element.push_back(element);
     if (!any_normals_) return;
@@ -559,6 +599,7 @@ Result<TriangleMesh> Reader::run() {
     }
   }
   if (mesh_.triangles.empty() && mesh_.curves.empty()) warn("the scene holds no triangles");
+  if (!scene.ours) check_extent();
   if (mesh_.elements.empty()) {
     mesh_.triangle_element.clear();
   } else {
