@@ -1,0 +1,451 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/arc_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+
+namespace diesink {
+namespace {
+
+constexpr int kMaxDepth = 14;       // halvings of a stretch while its sag is measured
+constexpr int kBorderDepth = 4;     // halvings that every border stretch gets: a base may wave along it
+constexpr int kCertifyDepth = 10;   // halvings of a chord while its bound is too large
+constexpr double kEdgeFactor = 1.6; // edges on arcs may be longer than inside: only one side of them is curved
+
+double chord_distance(const Vec3& a, const Vec3& m, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double l2 = d.squaredNorm();
+  if (!(l2 > 0)) return (m - a).norm();
+  const double t = std::clamp((m - a).dot(d) / l2, 0.0, 1.0);
+  return (m - a - t * d).norm();
+}
+
+}  // namespace
+
+ArcSamples::ArcSamples(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
+                       const SamplingOptions& options)
+    : surface_(surface), arrangement_(arrangement), options_(options), solver_(surface) {
+  for (const PlanRegion& region : arrangement.regions) {
+    if (region.label != kNoLabel) charts_.try_emplace(region.label, surface, region.label);
+  }
+}
+
+double ArcSamples::z_of(const ArcPoint& p, Label label) const {
+  if (p.node != ArcPoint::kNoNode) {
+    for (const LabelHeight& h : arrangement_.nodes[p.node].heights) {
+      if (h.label == label) return h.z;
+    }
+  }
+  for (const LabelHeight& h : p.sides) {
+    if (h.label == label) return h.z;
+  }
+  double z = 0;
+  // A label that the point does not know: corners of the domain beside a junction. Its own surface tells.
+  if (label != kNoLabel && solver_.height(label, p.x, p.y, z)) return z;
+  return p.node != ArcPoint::kNoNode && !arrangement_.nodes[p.node].heights.empty()
+             ? arrangement_.nodes[p.node].heights.front().z
+             : p.sides[0].z;
+}
+
+double ArcSamples::z(std::uint32_t point, Label label) const { return z_of(points[point], label); }
+
+ArcPoint ArcSamples::point_at(std::uint32_t a, double t) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  const std::size_t last = arc.nodes.size() - 2;
+  const std::size_t k = std::min(static_cast<std::size_t>(t), last);
+  const double s = t - static_cast<double>(k);
+  const PlanNode &n0 = arrangement_.nodes[arc.nodes[k]], &n1 = arrangement_.nodes[arc.nodes[k + 1]];
+  ArcPoint p;
+  PlanNode found;
+  bool solved = false;
+  const PlanCurve& curve = arc.curves[k];
+  if (curve.type == CurveType::kMeet || curve.type == CurveType::kShadow) {
+    solved = point_on_stretch(surface_, solver_, curve, arc.left, arc.right, n0, n1, s, found);
+  }
+  const auto height_in = [](const PlanNode& n, Label label, double& z) {
+    for (const LabelHeight& h : n.heights) {
+      if (h.label == label) {
+        z = h.z;
+        return true;
+      }
+    }
+    return false;
+  };
+  if (solved) {
+    p.x = found.x;
+    p.y = found.y;
+    for (int side = 0; side < 2; ++side) {
+      const Label label = side == 0 ? arc.left : arc.right;
+      p.sides[static_cast<std::size_t>(side)].label = label;
+      if (label != kNoLabel) height_in(found, label, p.sides[static_cast<std::size_t>(side)].z);
+    }
+    return p;
+  }
+  p.x = s == 0 ? n0.x : n0.x + s * (n1.x - n0.x);
+  p.y = s == 0 ? n0.y : n0.y + s * (n1.y - n0.y);
+  double gap = 0;
+  int known = 0;
+  for (int side = 0; side < 2; ++side) {
+    const Label label = side == 0 ? arc.left : arc.right;
+    LabelHeight& h = p.sides[static_cast<std::size_t>(side)];
+    h.label = label;
+    if (label == kNoLabel) continue;
+    double z0 = 0, z1 = 0;
+    const bool k0 = height_in(n0, label, z0), k1 = height_in(n1, label, z1);
+    h.z = z0 + s * (z1 - z0);
+    // Stretches without an equation lie on the label's own surface all the same (border), or in a least cell.
+    if ((arc.border || curve.type == CurveType::kOutline) || !(k0 && k1)) {
+      double z = 0;
+      if (solver_.height(label, p.x, p.y, z)) h.z = z;
+    }
+    gap = known++ == 0 ? h.z : gap - h.z;
+  }
+  if (known == 2 && std::fabs(gap) <= 1e-9 * surface_.size) p.sides[1].z = p.sides[0].z;
+  return p;
+}
+
+ArcPoint ArcSamples::end_of(std::uint32_t a, bool last) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  const std::uint32_t n = last ? arc.nodes.back() : arc.nodes.front();
+  const PlanNode& node = arrangement_.nodes[n];
+  ArcPoint p;
+  p.x = node.x;
+  p.y = node.y;
+  p.node = n;
+  return p;
+}
+
+double ArcSamples::lifted_sag(std::uint32_t a, const ArcPoint& p, const ArcPoint& m, const ArcPoint& q) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  double sag = 0;
+  for (const Label label : {arc.left, arc.right}) {
+    if (label == kNoLabel) continue;
+    sag = std::fmax(sag, chord_distance({p.x, p.y, z_of(p, label)}, {m.x, m.y, z_of(m, label)}, {q.x, q.y, z_of(q, label)}));
+  }
+  return sag;
+}
+
+void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  struct Piece {
+    double t0, t1, weight;
+  };
+  std::vector<Piece> pieces;
+  struct Open {
+    double t0, t1;
+    ArcPoint p0, p1;
+    int depth;
+  };
+  std::vector<Open> open;
+  double total = 0;
+  const std::size_t stretches = arc.nodes.size() - 1;
+  ArcPoint last = end_of(a, false);
+  for (std::size_t k = 0; k < stretches; ++k) {
+    const double t0 = static_cast<double>(k), t1 = static_cast<double>(k + 1);
+    const ArcPoint next = k + 1 == stretches ? end_of(a, true) : point_at(a, t1);
+    open.push_back({t0, t1, last, next, 0});
+    last = next;
+    while (!open.empty()) {
+      const Open o = open.back();
+      open.pop_back();
+      const double tm = 0.5 * (o.t0 + o.t1);
+      const ArcPoint m = point_at(a, tm);
+      const double sag = lifted_sag(a, o.p0, m, o.p1);
+      const bool deep = o.depth >= kMaxDepth;
+      if (!deep && (sag > 2 * options_.sag || (arc.border && o.depth < kBorderDepth))) {
+        open.push_back({tm, o.t1, m, o.p1, o.depth + 1});
+        open.push_back({o.t0, tm, o.p0, m, o.depth + 1});
+        continue;
+      }
+      double weight = std::sqrt(sag / options_.sag);
+      for (const Label label : {arc.left, arc.right}) {
+        if (label == kNoLabel) continue;
+        const Vec3 p0(o.p0.x, o.p0.y, z_of(o.p0, label)), p1(o.p1.x, o.p1.y, z_of(o.p1, label));
+        const double edge = kEdgeFactor * charts_.at(label).spacing({m.x, m.y, z_of(m, label)}, options_.tolerance);
+        if (edge > 0) weight = std::fmax(weight, (p1 - p0).norm() / edge);
+      }
+      pieces.push_back({o.t0, o.t1, weight});
+      total += weight;
+    }
+  }
+  // Pieces come in order: the stack is worked off from the front of each stretch.
+  int count = std::max(1, static_cast<int>(std::ceil(total - 1e-9)));
+  if (arc.closed) count = std::max(count, 4);
+  double passed = 0;
+  std::size_t k = 0;
+  for (int i = 1; i < count; ++i) {
+    const double want = total > 0 ? total * i / count : 0;
+    double t = 0;
+    if (total > 0) {
+      while (k + 1 < pieces.size() && passed + pieces[k].weight < want) passed += pieces[k++].weight;
+      const Piece& piece = pieces[k];
+      const double f = piece.weight > 0 ? std::clamp((want - passed) / piece.weight, 0.0, 1.0) : 0;
+      t = piece.t0 + f * (piece.t1 - piece.t0);
+    } else {
+      t = static_cast<double>(stretches) * i / count;
+    }
+    out.push_back({t, point_at(a, t)});
+  }
+}
+
+// Samples where the arc crosses the lines of the grid: the edge points of the grid array.
+void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  std::vector<double> ts;
+  const std::size_t stretches = arc.nodes.size() - 1;
+  for (std::size_t k = 0; k < stretches; ++k) {
+    // Halves of halves: within each the arc is taken to cross a line at most once.
+    constexpr int kParts = 8;
+    double t0 = static_cast<double>(k);
+    ArcPoint p0 = k == 0 ? end_of(a, false) : point_at(a, t0);
+    for (int i = 1; i <= kParts; ++i) {
+      const double t1 = static_cast<double>(k) + static_cast<double>(i) / kParts;
+      const ArcPoint p1 = k + 1 == stretches && i == kParts ? end_of(a, true) : point_at(a, t1);
+      for (int axis = 0; axis < 2; ++axis) {
+        const std::vector<double>& lines = axis == 0 ? *options_.grid_x : *options_.grid_y;
+        const double c0 = axis == 0 ? p0.x : p0.y, c1 = axis == 0 ? p1.x : p1.y;
+        auto line = std::upper_bound(lines.begin(), lines.end(), std::fmin(c0, c1));
+        for (; line != lines.end() && *line < std::fmax(c0, c1); ++line) {
+          double lo = t0, hi = t1;
+          for (int n = 0; n < 48 && hi - lo > 1e-14 * (1 + hi); ++n) {
+            const double mid = 0.5 * (lo + hi);
+            const ArcPoint m = point_at(a, mid);
+            const double c = axis == 0 ? m.x : m.y;
+            ((c < *line) == (c0 < c1) ? lo : hi) = mid;
+          }
+          ts.push_back(0.5 * (lo + hi));
+        }
+      }
+      t0 = t1;
+      p0 = p1;
+    }
+  }
+  std::sort(ts.begin(), ts.end());
+  double last = 0;
+  for (const double t : ts) {
+    if (t - last < 1e-6 || static_cast<double>(stretches) - t < 1e-6) continue;  // of a stretch: a line through a grid node
+    out.push_back({t, point_at(a, t)});
+    last = t;
+  }
+  while (arc.closed && out.size() < 3) {
+    const double at = static_cast<double>(stretches) * static_cast<double>(out.size() + 1) / 4;
+    out.push_back({at, point_at(a, at)});
+  }
+  std::sort(out.begin(), out.end(), [](const Trial& x, const Trial& y) { return x.t < y.t; });
+}
+
+double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  const double t1 = e.t <= s.t ? static_cast<double>(arc.nodes.size() - 1) : e.t;
+  const std::size_t k = std::min(static_cast<std::size_t>(0.5 * (s.t + t1)), arc.nodes.size() - 2);
+  const PlanCurve& curve = arc.curves[k];
+  if (arc.border) {
+    if (arc.left == kNoLabel) return 0;
+    const ArcPoint &p = points[s.point], &q = points[e.point];
+    CurvePair pair;
+    pair.f = solver_.implicit(solver_.ref_of(arc.left));
+    pair.g.kind = Implicit::Kind::kPlane;
+    pair.g.c = Vec3(p.x, p.y, 0);
+    pair.g.n = p.x == q.x ? Vec3::UnitX() : Vec3::UnitY();
+    return chord_deviation(pair, at(s.point, arc.left), at(e.point, arc.left));
+  }
+  if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return 0;
+  const CurvePair pair{solver_.implicit(curve.first), solver_.implicit(curve.second)};
+  Label own = arc.left;
+  if (own == kNoLabel || !(solver_.ref_of(own) == curve.first)) own = arc.right;
+  if (own == kNoLabel) own = arc.left;
+  if (curve.type == CurveType::kMeet) return chord_deviation(pair, at(s.point, own), at(e.point, own));
+  // The curve itself, at the body's own height even where that is hidden.
+  const ArcPoint &p = points[s.point], &q = points[e.point];
+  Vec3 c0(p.x, p.y, 0), c1(q.x, q.y, 0);
+  if (solver_.ref_of(own) == curve.first) {
+    c0.z() = z(s.point, own);
+    c1.z() = z(e.point, own);
+  } else {
+    c0.z() = solver_.shadow_height(curve, p.x, p.y);
+    c1.z() = solver_.shadow_height(curve, q.x, q.y);
+  }
+  const double lateral = chord_deviation(pair, c0, c1);
+  if (!(lateral < 1e300)) return lateral;
+  // The other side's border lies under the same plan curve: sideways as far, up and down by its slope there.
+  double most = lateral;
+  for (const Label label : {arc.left, arc.right}) {
+    if (label == kNoLabel || solver_.ref_of(label) == curve.first) continue;
+    const FaceChart& chart = charts_.at(label);
+    for (const std::uint32_t n : {s.point, e.point}) {
+      const double nz = chart.normal(at(n, label)).z();
+      if (nz > 1e-3) most = std::fmax(most, lateral / nz);
+    }
+  }
+  return most;
+}
+
+std::uint32_t ArcSamples::insert(std::uint32_t a, std::uint32_t after, const Trial& trial) {
+  SampledArc& arc = arcs[a];
+  const auto point = static_cast<std::uint32_t>(points.size());
+  points.push_back(trial.p);
+  const auto sample = static_cast<std::uint32_t>(arc.samples.size());
+  ArcSample s;
+  s.point = point;
+  s.next = arc.samples[after].next;
+  s.t = trial.t;
+  const std::uint32_t before_point = arc.samples[after].point, next_point = arc.samples[s.next].point;
+  arc.samples.push_back(s);
+  arc.samples[after].next = sample;
+  chords_.erase(key(before_point, next_point));
+  chords_[key(before_point, point)] = {a, after};
+  chords_[key(point, next_point)] = {a, sample};
+  return sample;
+}
+
+void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
+  SampledArc& arc = arcs[a];
+  const std::uint32_t next = arc.samples[n].next;
+  const double d = bound(a, arc.samples[n], arc.samples[next]);
+  if (d > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr) {
+    const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
+    if (std::hypot(p.x - q.x, p.y - q.y) > 4 * options_.shortest) {
+      const double t1 = arc.samples[next].t <= arc.samples[n].t
+                            ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1) : arc.samples[next].t;
+      const double t = 0.5 * (arc.samples[n].t + t1);
+      const std::uint32_t mid = insert(a, n, {t, point_at(a, t)});
+      certify(a, n, depth + 1);
+      certify(a, mid, depth + 1);
+      return;
+    }
+  }
+  if (!(d < 1e300)) {
+    // Not shown; the measured sag of the halves stands in, and the length is reported.
+    const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
+    const double t1 = arc.samples[next].t <= arc.samples[n].t
+                          ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1) : arc.samples[next].t;
+    arcs[a].samples[n].deviation = lifted_sag(a, p, point_at(a, 0.5 * (arc.samples[n].t + t1)), q);
+    unproven_length += std::hypot(p.x - q.x, p.y - q.y);
+  } else {
+    arcs[a].samples[n].deviation = d;
+  }
+  largest_deviation = std::fmax(largest_deviation, arcs[a].samples[n].deviation);
+}
+
+void ArcSamples::sample_all(int threads) {
+  const std::size_t n = arrangement_.arcs.size();
+  std::vector<std::vector<Trial>> trials(n);
+  parallel_blocks(n, 4, threads, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t a = begin; a < end; ++a) {
+      if (options_.grid_x != nullptr) {
+        sample_on_grid(static_cast<std::uint32_t>(a), trials[a]);
+      } else if (!(arrangement_.arcs[a].border && arrangement_.arcs[a].left == kNoLabel)) {
+        sample(static_cast<std::uint32_t>(a), trials[a]);
+      }
+    }
+  });
+  // Numbers in the order of arcs: the same for any number of threads.
+  std::vector<std::uint32_t> point_of_node(arrangement_.nodes.size(), kNone);
+  arcs.assign(n, {});
+  const auto junction = [&](std::uint32_t arc, bool last) {
+    const PlanArc& of = arrangement_.arcs[arc];
+    std::uint32_t& point = point_of_node[last ? of.nodes.back() : of.nodes.front()];
+    if (point == kNone) {
+      point = static_cast<std::uint32_t>(points.size());
+      points.push_back(end_of(arc, last));
+    }
+    return point;
+  };
+  for (std::uint32_t a = 0; a < n; ++a) {
+    SampledArc& arc = arcs[a];
+    const auto append = [&](std::uint32_t point, double t) {
+      ArcSample s;
+      s.point = point;
+      s.t = t;
+      if (!arc.samples.empty()) arc.samples.back().next = static_cast<std::uint32_t>(arc.samples.size());
+      arc.samples.push_back(s);
+    };
+    append(junction(a, false), 0);
+    for (const Trial& trial : trials[a]) {
+      append(static_cast<std::uint32_t>(points.size()), trial.t);
+      points.push_back(trial.p);
+    }
+    const PlanArc& of = arrangement_.arcs[a];
+    if (of.closed) {
+      arc.samples.back().next = 0;
+    } else {
+      append(junction(a, true), static_cast<double>(of.nodes.size() - 1));
+    }
+    for (std::uint32_t k = 0; k < arc.samples.size(); ++k) {
+      const std::uint32_t after = arc.samples[k].next;
+      if (after == ArcSample::kEnd) continue;
+      const auto [it, fresh] = chords_.try_emplace(key(arc.samples[k].point, arc.samples[after].point), Ref{a, k});
+      if (!fresh) {  // two arcs between the same two corners: this one gets a point of its own
+        const double t = 0.5 * (arc.samples[k].t + (after == 0 ? static_cast<double>(of.nodes.size() - 1) : arc.samples[after].t));
+        const Ref kept = it->second;
+        const std::uint64_t kept_key = it->first;
+        insert(a, k, {t, point_at(a, t)});
+        chords_[kept_key] = kept;
+      }
+    }
+  }
+  for (std::uint32_t a = 0; a < n; ++a) {
+    const auto first_count = static_cast<std::uint32_t>(arcs[a].samples.size());
+    for (std::uint32_t k = 0; k < first_count; ++k) {
+      if (arcs[a].samples[k].next != ArcSample::kEnd) certify(a, k, 0);
+    }
+  }
+}
+
+ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b) {
+  const auto found = chords_.find(key(a, b));
+  if (found == chords_.end()) return {};
+  const Ref ref = found->second;
+  SampledArc& arc = arcs[ref.arc];
+  const std::uint32_t next = arc.samples[ref.sample].next;
+  Split result;
+  result.arc = ref.arc;
+  const ArcPoint &p = points[arc.samples[ref.sample].point], &q = points[arc.samples[next].point];
+  if (arc.samples[ref.sample].final) return result;
+  const double t0 = arc.samples[ref.sample].t;
+  const double t1 = arc.samples[next].t <= t0 ? static_cast<double>(arrangement_.arcs[ref.arc].nodes.size() - 1)
+                                              : arc.samples[next].t;
+  const PlanArc& of = arrangement_.arcs[ref.arc];
+  double length = std::numeric_limits<double>::infinity();
+  for (const Label label : {of.left, of.right}) {
+    if (label != kNoLabel) {
+      length = std::fmin(length, (Vec3(p.x, p.y, z_of(p, label)) - Vec3(q.x, q.y, z_of(q, label))).norm());
+    }
+  }
+  if (length < 2 * options_.shortest || !(t1 - t0 > 1e-9)) {
+    arc.samples[ref.sample].final = true;
+    return result;
+  }
+  const double t = 0.5 * (t0 + t1);
+  const Trial trial{t, point_at(ref.arc, t)};
+  const std::uint32_t sample = insert(ref.arc, ref.sample, trial);
+  SampledArc& now = arcs[ref.arc];
+  result.point = now.samples[sample].point;
+  for (const std::uint32_t s : {ref.sample, sample}) {
+    const double d = bound(ref.arc, now.samples[s], now.samples[now.samples[s].next]);
+    // A part of a chord whose bound could not be shown keeps what was measured for the whole.
+    now.samples[s].deviation = d < 1e300 ? d : now.samples[ref.sample].deviation;
+  }
+  return result;
+}
+
+void ArcSamples::chain(std::uint32_t a, std::vector<std::uint32_t>& out) const {
+  out.clear();
+  const SampledArc& arc = arcs[a];
+  std::uint32_t k = 0;
+  do {
+    out.push_back(arc.samples[k].point);
+    k = arc.samples[k].next;
+  } while (k != ArcSample::kEnd && k != 0);
+  if (k == 0) out.push_back(arc.samples[0].point);
+}
+
+double ArcSamples::chord_bound(std::uint32_t a, std::uint32_t b) const {
+  const auto found = chords_.find(key(a, b));
+  return found == chords_.end() ? 0 : arcs[found->second.arc].samples[found->second.sample].deviation;
+}
+
+}  // namespace diesink

@@ -1,0 +1,448 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/assemble.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+// Walls are divided in height where they are taller than this many widths of their strips, so that their
+// triangles keep their least angle.
+constexpr double kWallAspect = 3.5;
+// Smallest angle of the floor's triangles, radians.
+constexpr double kFloorAngle = 0.25;
+
+class Assembler {
+ public:
+  Assembler(const CompoundSurface& compound, const Arrangement& arrangement, const ArcSamples& samples,
+            const std::vector<RegionMesh>& regions, const TessellationOptions& options)
+      : compound_(compound), arrangement_(arrangement), samples_(samples), regions_(regions), options_(options) {}
+  Result<Tessellation> run();
+
+ private:
+  // The vertices of the mesh over one arc point, by ascending height.
+  struct Column {
+    std::vector<std::pair<double, std::uint32_t>> levels;
+    double spacing = 1e300;  // plan length of the shortest chord at the point
+  };
+
+  std::uint32_t element(const std::string& name, const std::string& solid);
+  std::uint32_t vertex(const Vec3& p);
+  std::uint32_t vertex_at(std::uint32_t arc_point, double z);
+  void add_levels();
+  void divide_columns();
+  void between(std::uint32_t point, double from, double to, std::vector<std::uint32_t>& chain) const;
+  void add_faces();
+  void add_walls();
+  void strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q, double q_right, double q_left,
+             std::uint32_t element, const Vec3& np, const Vec3& nq);
+  void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t element, std::uint32_t na,
+                std::uint32_t nb, std::uint32_t nc);
+  Status add_floor();
+  void add_curves();
+  [[nodiscard]] bool hole_or_border(const PlanArc& arc) const {
+    return arc.border || arc.left == kNoLabel || arc.right == kNoLabel;
+  }
+  std::string wall_solid(const PlanArc& arc) const;
+
+  const CompoundSurface& compound_;
+  const Arrangement& arrangement_;
+  const ArcSamples& samples_;
+  const std::vector<RegionMesh>& regions_;
+  const TessellationOptions& options_;
+  Tessellation out_;
+  std::map<std::string, std::uint32_t> element_of_;
+  std::vector<Column> columns_;
+  double floor_ = 0;
+};
+
+std::uint32_t Assembler::element(const std::string& name, const std::string& solid) {
+  const auto [it, fresh] = element_of_.try_emplace(name, static_cast<std::uint32_t>(out_.mesh.elements.size()));
+  if (fresh) {
+    MeshElement e;
+    e.name = name;
+    e.solid = solid;
+    out_.mesh.elements.push_back(std::move(e));
+  }
+  return it->second;
+}
+
+std::uint32_t Assembler::vertex(const Vec3& p) {
+  out_.mesh.positions.push_back(p);
+  return static_cast<std::uint32_t>(out_.mesh.positions.size() - 1);
+}
+
+std::uint32_t Assembler::vertex_at(std::uint32_t point, double z) {
+  Column& column = columns_[point];
+  for (const auto& [level, v] : column.levels) {
+    if (level == z) return v;
+  }
+  const std::uint32_t v = vertex({samples_.points[point].x, samples_.points[point].y, z});
+  column.levels.insert(std::upper_bound(column.levels.begin(), column.levels.end(), std::make_pair(z, v)), {z, v});
+  return v;
+}
+
+// One vertex a height and arc point, in the order of arcs.
+void Assembler::add_levels() {
+  columns_.resize(samples_.points.size());
+  std::vector<std::uint32_t> chain;
+  for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
+    const PlanArc& arc = arrangement_.arcs[a];
+    if (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel)) continue;
+    samples_.chain(a, chain);
+    for (std::size_t k = 0; k < chain.size(); ++k) {
+      for (const Label label : {arc.left, arc.right}) {
+        if (label == kNoLabel) continue;
+        vertex_at(chain[k], samples_.z(chain[k], label));
+      }
+      if (options_.solid && hole_or_border(arc)) vertex_at(chain[k], floor_);
+      if (k > 0) {
+        const ArcPoint &p = samples_.points[chain[k - 1]], &q = samples_.points[chain[k]];
+        const double length = std::hypot(p.x - q.x, p.y - q.y);
+        columns_[chain[k - 1]].spacing = std::fmin(columns_[chain[k - 1]].spacing, length);
+        columns_[chain[k]].spacing = std::fmin(columns_[chain[k]].spacing, length);
+      }
+    }
+  }
+}
+
+// Points between the levels of tall walls. Every strip at a column uses the same ones.
+void Assembler::divide_columns() {
+  std::vector<double> extra;
+  for (std::uint32_t p = 0; p < columns_.size(); ++p) {
+    Column& column = columns_[p];
+    if (column.levels.size() < 2) continue;
+    extra.clear();
+    for (std::size_t k = 0; k + 1 < column.levels.size(); ++k) {
+      const double z0 = column.levels[k].first, z1 = column.levels[k + 1].first;
+      const int parts = static_cast<int>(std::clamp((z1 - z0) / (kWallAspect * column.spacing), 1.0, 64.0));
+      for (int i = 1; i < parts; ++i) extra.push_back(z0 + (z1 - z0) * i / parts);
+    }
+    for (const double z : extra) vertex_at(p, z);
+  }
+}
+
+// The column's vertices from one height to another, both included, upwards or downwards.
+void Assembler::between(std::uint32_t point, double from, double to, std::vector<std::uint32_t>& chain) const {
+  chain.clear();
+  const Column& column = columns_[point];
+  const double low = std::fmin(from, to), high = std::fmax(from, to);
+  for (const auto& [z, v] : column.levels) {
+    if (z >= low && z <= high) chain.push_back(v);
+  }
+  if (from > to) std::reverse(chain.begin(), chain.end());
+}
+
+void Assembler::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t e, std::uint32_t na,
+                         std::uint32_t nb, std::uint32_t nc) {
+  if (a == b || b == c || c == a) return;
+  out_.mesh.triangles.push_back({a, b, c});
+  out_.mesh.triangle_element.push_back(e);
+  out_.mesh.corner_normals.push_back({na, nb, nc});
+}
+
+void Assembler::add_faces() {
+  std::vector<std::uint32_t> global;
+  for (const RegionMesh& region : regions_) {
+    const int surface = compound_.surface_of_row(row_of(region.label));
+    const std::string name = compound_.element_name(region.label);
+    const std::uint32_t e =
+        element(name, surface == 0 ? "B" : compound_.program().solids[static_cast<std::size_t>(surface - 1)].id);
+    const FaceChart chart(compound_.impl(), region.label);
+    global.resize(region.position.size());
+    const auto first_normal = static_cast<std::uint32_t>(out_.mesh.normals.size());
+    for (std::size_t k = 0; k < region.position.size(); ++k) {
+      global[k] = region.arc_point[k] == ArcSamples::kNone ? vertex(region.position[k])
+                                                          : vertex_at(region.arc_point[k], region.position[k].z());
+      out_.mesh.normals.push_back(chart.normal(region.position[k]));
+    }
+    for (const auto& t : region.triangles) {
+      triangle(global[t[0]], global[t[1]], global[t[2]], e, first_normal + t[0], first_normal + t[1], first_normal + t[2]);
+    }
+  }
+}
+
+// A vertical strip between two columns. Seen from its right side it is anticlockwise where the left side is the higher;
+// where the right one is, the same order faces left: always towards the lower side.
+void Assembler::strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q, double q_right, double q_left,
+                      std::uint32_t e, const Vec3& np, const Vec3& nq) {
+  std::vector<std::uint32_t> cp, cq;
+  between(p, p_right, p_left, cp);
+  between(q, q_right, q_left, cq);
+  const auto n0 = static_cast<std::uint32_t>(out_.mesh.normals.size());
+  out_.mesh.normals.push_back(np);
+  out_.mesh.normals.push_back(nq);
+  const auto& at = out_.mesh.positions;
+  std::size_t i = 0, j = 0;
+  while (i + 1 < cp.size() || j + 1 < cq.size()) {
+    bool up_q = i + 1 >= cp.size();
+    if (!up_q && j + 1 < cq.size()) {
+      up_q = (at[cp[i]] - at[cq[j + 1]]).squaredNorm() < (at[cq[j]] - at[cp[i + 1]]).squaredNorm();
+    }
+    if (up_q) {
+      triangle(cp[i], cq[j], cq[j + 1], e, n0, n0 + 1, n0 + 1);
+      ++j;
+    } else {
+      triangle(cp[i], cq[j], cp[i + 1], e, n0, n0 + 1, n0);
+      ++i;
+    }
+  }
+}
+
+std::string Assembler::wall_solid(const PlanArc& arc) const {
+  for (const PlanCurve& curve : arc.curves) {
+    if (curve.type == CurveType::kShadow) {
+      return compound_.program().solids[static_cast<std::size_t>(curve.first.solid)].id;
+    }
+  }
+  const Label later = row_of(arc.left) > row_of(arc.right) ? arc.left : arc.right;
+  const int surface = compound_.surface_of_row(row_of(later));
+  return surface == 0 ? "B" : compound_.program().solids[static_cast<std::size_t>(surface - 1)].id;
+}
+
+void Assembler::add_walls() {
+  std::vector<std::uint32_t> chain;
+  for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
+    const PlanArc& arc = arrangement_.arcs[a];
+    const bool skirt = hole_or_border(arc);
+    if (skirt && (!options_.solid || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel)))) continue;
+    samples_.chain(a, chain);
+    const std::size_t n = chain.size();
+    const auto left_z = [&](std::uint32_t p) { return arc.left == kNoLabel ? floor_ : samples_.z(p, arc.left); };
+    const auto right_z = [&](std::uint32_t p) {
+      return arc.border || arc.right == kNoLabel ? floor_ : samples_.z(p, arc.right);
+    };
+    bool any = false;
+    for (const std::uint32_t p : chain) any = any || left_z(p) != right_z(p);
+    if (!any) continue;
+    const std::string solid = skirt ? "skirt" : wall_solid(arc);
+    const std::uint32_t e = skirt ? element("skirt", "skirt") : element(solid + ".wall", solid);
+    // Normals across the arc, smooth along it: the mean of the chords before and behind.
+    const bool closed = chain.front() == chain.back();
+    const auto chord = [&](std::size_t k) {
+      const ArcPoint &p = samples_.points[chain[k]], &q = samples_.points[chain[k + 1]];
+      return Vec2(q.x - p.x, q.y - p.y).normalized();
+    };
+    const auto normal_at = [&](std::size_t k) {
+      Vec2 t = Vec2::Zero();
+      if (k > 0) t += chord(k - 1);
+      if (k + 1 < n) t += chord(k);
+      if (closed && k == 0) t += chord(n - 2);
+      if (closed && k + 1 == n) t += chord(0);
+      const double l = t.norm();
+      if (!(l > 0)) t = k + 1 < n ? chord(k) : chord(k - 1);
+      else t /= l;
+      return t;
+    };
+    for (std::size_t k = 0; k + 1 < n; ++k) {
+      const std::uint32_t p = chain[k], q = chain[k + 1];
+      const double pl = left_z(p), pr = right_z(p), ql = left_z(q), qr = right_z(q);
+      if (pl == pr && ql == qr) continue;
+      const double s = pl - pr + ql - qr >= 0 ? 1 : -1;
+      const Vec2 tp = normal_at(k), tq = normal_at(k + 1);
+      strip(p, pr, pl, q, qr, ql, e, Vec3(s * tp.y(), -s * tp.x(), 0), Vec3(s * tq.y(), -s * tq.x(), 0));
+    }
+  }
+}
+
+Status Assembler::add_floor() {
+  // The area over which there is a surface, bounded by the border and by holes.
+  std::vector<Vec2> points;
+  std::vector<std::uint32_t> of;
+  std::vector<PlanarTriangulation::Segment> segments;
+  std::unordered_map<std::uint32_t, std::uint32_t> local;
+  std::vector<std::uint32_t> chain;
+  for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
+    const PlanArc& arc = arrangement_.arcs[a];
+    if (!hole_or_border(arc) || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel))) continue;
+    samples_.chain(a, chain);
+    if (arc.left == kNoLabel) std::reverse(chain.begin(), chain.end());
+    const auto number = [&](std::uint32_t p) {
+      const auto [it, fresh] = local.try_emplace(p, static_cast<std::uint32_t>(points.size()));
+      if (fresh) {
+        points.emplace_back(samples_.points[p].x, samples_.points[p].y);
+        of.push_back(p);
+      }
+      return it->second;
+    };
+    for (std::size_t k = 0; k + 1 < chain.size(); ++k) segments.push_back({number(chain[k]), number(chain[k + 1])});
+  }
+  PlanarTriangulation t;
+  if (!t.build(points, segments).empty()) {
+    return Error{ErrorCode::kInput, "the border of the floor crosses itself", {compound_.program().file}};
+  }
+  std::vector<std::uint32_t> global;
+  for (const std::uint32_t p : of) global.push_back(vertex_at(p, floor_));
+  RefineRules rules;
+  rules.min_angle = kFloorAngle;
+  rules.split_encroached = false;
+  rules.shortest_edge = 1e-3 * compound_.size();
+  rules.add_vertex = [&](const Vec2& p) {
+    global.push_back(vertex({p.x(), p.y(), floor_}));
+    return true;
+  };
+  for (;;) {
+    const std::vector<PlanarTriangulation::Segment> wanted = t.refine(rules);
+    if (wanted.empty()) break;
+    for (const PlanarTriangulation::Segment& s : wanted) t.keep_segment(s[0], s[1]);  // they belong to the skirts
+  }
+  const std::uint32_t e = element("floor", "floor");
+  const auto n = static_cast<std::uint32_t>(out_.mesh.normals.size());
+  out_.mesh.normals.emplace_back(0, 0, -1);
+  for (const auto& c : t.triangles()) triangle(global[c[0]], global[c[2]], global[c[1]], e, n, n, n);
+  return ok();
+}
+
+void Assembler::add_curves() {
+  std::vector<std::uint32_t> chain;
+  std::vector<char> crease(out_.mesh.positions.size(), 0), jump = crease, corner = crease;
+  const auto element_index = [&](Label label) {
+    return label == kNoLabel ? MeshCurve::kNoElement : element_of_.at(compound_.element_name(label));
+  };
+  for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
+    const PlanArc& arc = arrangement_.arcs[a];
+    if (arc.border || (arc.left == kNoLabel && arc.right == kNoLabel)) continue;
+    samples_.chain(a, chain);
+    bool walled = false;
+    const bool both = arc.left != kNoLabel && arc.right != kNoLabel;
+    for (const std::uint32_t p : chain) {
+      walled = walled || (both && samples_.z(p, arc.left) != samples_.z(p, arc.right));
+    }
+    const CurveKind kind = !both ? CurveKind::kEdge : walled ? CurveKind::kJump : CurveKind::kCrease;
+    CurveReport report;
+    report.kind = kind;
+    report.closed = arc.closed;
+    report.between = {arc.left == kNoLabel ? "" : compound_.element_name(arc.left),
+                      arc.right == kNoLabel ? "" : compound_.element_name(arc.right)};
+    for (int side = 0; side < 2; ++side) {
+      const Label label = side == 0 ? arc.left : arc.right;
+      if (label == kNoLabel || (side == 1 && kind == CurveKind::kCrease)) continue;
+      MeshCurve curve;
+      curve.kind = kind;
+      curve.closed = arc.closed;
+      curve.between = {element_index(arc.left), element_index(arc.right)};
+      for (const std::uint32_t p : chain) {
+        const std::uint32_t v = vertex_at(p, samples_.z(p, label));
+        curve.vertices.push_back(v);
+        (kind == CurveKind::kCrease ? crease : jump)[v] = 1;
+        if (samples_.points[p].node != ArcPoint::kNoNode && !arc.closed) corner[v] = 1;
+      }
+      double length = 0;
+      for (std::size_t k = 0; k + 1 < curve.vertices.size(); ++k) {
+        length += (out_.mesh.positions[curve.vertices[k]] - out_.mesh.positions[curve.vertices[k + 1]]).norm();
+      }
+      report.length = std::fmax(report.length, length);
+      if (arc.closed) curve.vertices.pop_back();
+      out_.mesh.curves.push_back(std::move(curve));
+    }
+    out_.report.curves.push_back(std::move(report));
+  }
+  const auto count = [](const std::vector<char>& marks) {
+    return static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1));
+  };
+  out_.report.crease_vertices = count(crease);
+  out_.report.jump_vertices = count(jump);
+  out_.report.corner_vertices = count(corner);
+}
+
+Result<Tessellation> Assembler::run() {
+  const PartProgram& program = compound_.program();
+  out_.mesh.name = program.name;
+  out_.mesh.unit = program.unit;
+  out_.mesh.up = UpAxis::kZ;
+  double lowest = 1e300, highest = -1e300;
+  for (const RegionMesh& r : regions_) {
+    for (const Vec3& p : r.position) {
+      lowest = std::fmin(lowest, p.z());
+      highest = std::fmax(highest, p.z());
+    }
+  }
+  const double longer = std::fmax(arrangement_.box.x1 - arrangement_.box.x0, arrangement_.box.y1 - arrangement_.box.y0);
+  floor_ = lowest;
+  if (options_.solid) {
+    floor_ = options_.floor ? *options_.floor : lowest - 0.1 * longer;
+    if (!(floor_ < lowest)) {
+      return Error{ErrorCode::kInput,
+                   "the floor at " + std::to_string(floor_) + " is not below the surface, whose lowest point is at " +
+                       std::to_string(lowest), {program.file}};
+    }
+  }
+  add_levels();
+  divide_columns();
+  add_faces();
+  add_walls();
+  if (options_.solid) {
+    const Status done = add_floor();
+    if (!done) return done.error();
+  }
+  add_curves();
+  fill_report(compound_, out_, floor_, out_.report);
+  out_.report.domain = {arrangement_.box.x0, arrangement_.box.x1, arrangement_.box.y0, arrangement_.box.y1};
+  return std::move(out_);
+}
+
+}  // namespace
+
+Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement& arrangement, const ArcSamples& samples,
+                              const std::vector<RegionMesh>& regions, const TessellationOptions& options) {
+  return Assembler(surface, arrangement, samples, regions, options).run();
+}
+
+void fill_report(const CompoundSurface& surface, const Tessellation& tessellation, double floor,
+                 TessellationReport& report) {
+  const TriangleMesh& mesh = tessellation.mesh;
+  report.elements.assign(mesh.elements.size(), {});
+  for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+    ElementReport& r = report.elements[e];
+    r.name = mesh.elements[e].name;
+    r.solid = mesh.elements[e].solid;
+    if (r.solid == "B") r.type = "B";
+    for (const Solid& s : surface.program().solids) {
+      if (s.id == r.solid) r.type = s.type;
+    }
+    for (int row = 0; row < surface.row_count(); ++row) {
+      const int k = surface.surface_of_row(row);
+      const std::string id = k == 0 ? "B" : surface.program().solids[static_cast<std::size_t>(k - 1)].id;
+      if (id == r.solid && surface.sign_of_row(row) == Sign::kMinus) r.sign = -1;
+    }
+  }
+  report.area = report.volume = 0;
+  Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
+               &c = mesh.positions[mesh.triangles[t][2]];
+    const Vec3 n = (b - a).cross(c - a);
+    const double area = 0.5 * n.norm();
+    ElementReport& r = report.elements[mesh.triangle_element[t]];
+    ++r.triangles;
+    r.area += area;
+    report.area += area;
+    if (r.name != "floor") report.volume += 0.5 * n.z() * ((a.z() + b.z() + c.z()) / 3 - floor);
+    for (const Vec3& p : {a, b, c}) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  report.bounds = {low, high};
+  // Watertight: every edge in two triangles, once each way.
+  std::vector<std::uint64_t> edges;
+  edges.reserve(mesh.triangles.size() * 3);
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      edges.push_back(a < b ? (std::uint64_t{a} << 32 | b) : (std::uint64_t{b} << 32 | a));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  report.watertight = !edges.empty();
+  for (std::size_t k = 0; k < edges.size() && report.watertight; k += 2) {
+    report.watertight = k + 1 < edges.size() && edges[k] == edges[k + 1] && (k + 2 >= edges.size() || edges[k + 2] != edges[k]);
+  }
+}
+
+}  // namespace diesink

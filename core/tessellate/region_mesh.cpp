@@ -1,0 +1,311 @@
+// Rounds: every region refines by itself, then the arcs that any of them wants split are split for both sides.
+// Source: Ruppert, "A Delaunay refinement algorithm for quality 2-dimensional mesh generation", 1995, with the
+// segments shared by independent triangulations.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/region_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/parallel.h"
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+class Region {
+ public:
+  Region(const Impl& surface, const Arrangement& arrangement, const ArcSamples& samples, const TriangleDeviation& deviation,
+         const RegionOptions& options, std::uint32_t index)
+      : arrangement_(arrangement), samples_(samples), deviation_(deviation), options_(options),
+        chart_(surface, arrangement.regions[index].label, deviation.base()) {
+    mesh_.label = arrangement.regions[index].label;
+    mesh_.region = index;
+  }
+
+  using Chord = std::array<std::uint32_t, 2>;  // arc points
+
+  // Builds anew from the arcs as they are; the chords to split where that does not go.
+  std::vector<Chord> build();
+  // One round; the chords to split before it can go on.
+  std::vector<Chord> refine();
+  // A chord of this region's border has got a point in its middle.
+  void take_split(const Chord& chord, std::uint32_t point);
+  void keep(const Chord& chord);
+  [[nodiscard]] bool broken() const { return broken_; }
+  RegionMesh finish();
+
+ private:
+  [[nodiscard]] Vec2 to_plane(const Vec3& p) const {
+    return options_.grid_x != nullptr ? Vec2(p.head<2>()) : chart_.to_chart(p);
+  }
+  std::uint32_t local(std::uint32_t arc_point);
+  void insert_apex();
+  void insert_grid();
+  [[nodiscard]] double bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+
+  const Arrangement& arrangement_;
+  const ArcSamples& samples_;
+  const TriangleDeviation& deviation_;
+  const RegionOptions& options_;
+  FaceChart chart_;
+  PlanarTriangulation triangulation_;
+  RegionMesh mesh_;
+  std::unordered_map<std::uint32_t, std::uint32_t> local_of_;
+  std::vector<Vec2> points_;
+  bool built_ = false, broken_ = false;
+};
+
+std::uint32_t Region::local(std::uint32_t arc_point) {
+  const auto [it, fresh] = local_of_.try_emplace(arc_point, static_cast<std::uint32_t>(mesh_.position.size()));
+  if (fresh) {
+    mesh_.arc_point.push_back(arc_point);
+    mesh_.position.push_back(samples_.at(arc_point, mesh_.label));
+    mesh_.border_bound.push_back(0);
+    points_.push_back(to_plane(mesh_.position.back()));
+  }
+  return it->second;
+}
+
+std::vector<Region::Chord> Region::build() {
+  local_of_.clear();
+  mesh_.arc_point.clear();
+  mesh_.position.clear();
+  mesh_.border_bound.clear();
+  points_.clear();
+  broken_ = false;
+  std::vector<PlanarTriangulation::Segment> segments;
+  std::vector<std::uint32_t> chain;
+  for (const std::vector<ArcUse>& loop : arrangement_.regions[mesh_.region].loops) {
+    for (const ArcUse& use : loop) {
+      samples_.chain(use.arc, chain);
+      if (!use.forward) std::reverse(chain.begin(), chain.end());
+      for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+        const std::uint32_t a = local(chain[k]), b = local(chain[k + 1]);
+        if (a == b) continue;
+        const double d = samples_.chord_bound(chain[k], chain[k + 1]);
+        mesh_.border_bound[a] = std::fmax(mesh_.border_bound[a], d);
+        mesh_.border_bound[b] = std::fmax(mesh_.border_bound[b], d);
+        segments.push_back({a, b});
+      }
+    }
+  }
+  triangulation_ = PlanarTriangulation();
+  const std::vector<SegmentCrossing> wrong = triangulation_.build(points_, segments);
+  built_ = wrong.empty();
+  std::vector<Chord> split;
+  const auto ask = [&](std::uint32_t segment) {
+    if (segment < segments.size()) {
+      split.push_back({mesh_.arc_point[segments[segment][0]], mesh_.arc_point[segments[segment][1]]});
+    }
+  };
+  for (const SegmentCrossing& w : wrong) {
+    ask(w.segment_a);
+    ask(w.segment_b);
+  }
+  if (!built_) return split;
+  if (options_.grid_x != nullptr) {
+    insert_grid();
+  } else {
+    insert_apex();
+  }
+  return {};
+}
+
+void Region::insert_apex() {
+  const std::optional<Vec3> apex = chart_.apex();
+  if (!apex) return;
+  const Vec2 c = chart_.to_chart(*apex);
+  if (!triangulation_.insert(c)) return;
+  mesh_.arc_point.push_back(ArcSamples::kNone);
+  mesh_.position.push_back(*apex);
+  mesh_.border_bound.push_back(0);
+}
+
+// The nodes of the grid inside the region; those that lie close beside an arc have moved onto it.
+void Region::insert_grid() {
+  const std::vector<double>&xs = *options_.grid_x, &ys = *options_.grid_y;
+  PlanBox box{1e300, -1e300, 1e300, -1e300};
+  for (const Vec2& p : points_) {
+    box = {std::fmin(box.x0, p.x()), std::fmax(box.x1, p.x()), std::fmin(box.y0, p.y()), std::fmax(box.y1, p.y())};
+  }
+  const auto first = [](const std::vector<double>& v, double at) {
+    return static_cast<std::size_t>(std::lower_bound(v.begin(), v.end(), at) - v.begin());
+  };
+  const std::size_t i0 = first(xs, box.x0), i1 = std::min(xs.size(), first(xs, box.x1) + 1);
+  const std::size_t j0 = first(ys, box.y0), j1 = std::min(ys.size(), first(ys, box.y1) + 1);
+  if (i0 >= i1 || j0 >= j1) return;
+  // Border points binned by grid cell, to keep nodes off them.
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> bins;
+  const auto bin = [&](const Vec2& p) {
+    return (static_cast<std::uint64_t>(first(xs, p.x())) << 32) | first(ys, p.y());
+  };
+  for (std::uint32_t k = 0; k < points_.size(); ++k) bins[bin(points_[k])].push_back(k);
+  const Vec2 spacing(xs.size() > 1 ? xs[1] - xs[0] : 1, ys.size() > 1 ? ys[1] - ys[0] : 1);
+  const double close = 0.3 * std::fmin(spacing.x(), spacing.y());
+  for (std::size_t j = j0; j < j1; ++j) {
+    for (std::size_t i = i0; i < i1; ++i) {
+      const Vec2 p(xs[i], ys[j]);
+      bool crowded = false;
+      for (std::uint64_t a = 0; a < 2 && !crowded; ++a) {
+        for (std::uint64_t b = 0; b < 2 && !crowded; ++b) {
+          const auto it = bins.find(((static_cast<std::uint64_t>(i) + a) << 32) | (static_cast<std::uint64_t>(j) + b));
+          if (it == bins.end()) continue;
+          for (const std::uint32_t k : it->second) crowded = crowded || (points_[k] - p).norm() < close;
+        }
+      }
+      Vec3 q(p.x(), p.y(), 0);
+      if (crowded || !samples_.surface_height(mesh_.label, p.x(), p.y(), q.z()) || !triangulation_.insert(p)) continue;
+      mesh_.arc_point.push_back(ArcSamples::kNone);
+      mesh_.position.push_back(q);
+      mesh_.border_bound.push_back(0);
+    }
+  }
+}
+
+double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  return deviation_(mesh_.label, mesh_.position[a], mesh_.position[b], mesh_.position[c]) +
+         std::fmax(mesh_.border_bound[a], std::fmax(mesh_.border_bound[b], mesh_.border_bound[c]));
+}
+
+std::vector<Region::Chord> Region::refine() {
+  if (!built_ || options_.grid_x != nullptr) return {};
+  RefineRules rules;
+  rules.min_angle = options_.min_angle;
+  rules.shortest_edge = options_.shortest;
+  rules.max_vertices = 50'000'000;
+  rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    if (bound_of(a, b, c) <= options_.tolerance) return false;
+    // Next to nothing across: only its arcs could mend it.
+    const double longest = std::fmax((mesh_.position[a] - mesh_.position[b]).norm(),
+                                     std::fmax((mesh_.position[b] - mesh_.position[c]).norm(),
+                                               (mesh_.position[c] - mesh_.position[a]).norm()));
+    return longest > options_.shortest;
+  };
+  rules.add_vertex = [this](const Vec2& c) {
+    Vec3 p;
+    if (!chart_.from_chart(c, p)) return false;
+    mesh_.arc_point.push_back(ArcSamples::kNone);
+    mesh_.position.push_back(p);
+    mesh_.border_bound.push_back(0);
+    return true;
+  };
+  std::vector<Chord> chords;
+  for (const PlanarTriangulation::Segment& s : triangulation_.refine(rules)) {
+    chords.push_back({mesh_.arc_point[s[0]], mesh_.arc_point[s[1]]});
+  }
+  return chords;
+}
+
+void Region::take_split(const Chord& chord, std::uint32_t point) {
+  if (!built_ || broken_) return;
+  const auto a = local_of_.find(chord[0]), b = local_of_.find(chord[1]);
+  if (a == local_of_.end() || b == local_of_.end()) return;
+  const Vec3 p = samples_.at(point, mesh_.label);
+  if (!triangulation_.split_segment(a->second, b->second, to_plane(p))) {
+    broken_ = true;  // built anew with what the arcs have become
+    return;
+  }
+  local_of_[point] = static_cast<std::uint32_t>(mesh_.position.size());
+  mesh_.arc_point.push_back(point);
+  mesh_.position.push_back(p);
+  mesh_.border_bound.push_back(
+      std::fmax(samples_.chord_bound(chord[0], point), samples_.chord_bound(point, chord[1])));
+}
+
+void Region::keep(const Chord& chord) {
+  const auto a = local_of_.find(chord[0]), b = local_of_.find(chord[1]);
+  if (a != local_of_.end() && b != local_of_.end()) triangulation_.keep_segment(a->second, b->second);
+}
+
+RegionMesh Region::finish() {
+  mesh_.triangles = triangulation_.triangles();
+  for (const auto& t : mesh_.triangles) {
+    const double d = bound_of(t[0], t[1], t[2]);
+    if (d < 1e300) mesh_.largest_deviation = std::fmax(mesh_.largest_deviation, d);
+    if (!(d <= options_.tolerance * (1 + 1e-9))) {
+      const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
+      const double longest = std::fmax((a - b).norm(), std::fmax((b - c).norm(), (c - a).norm()));
+      if (longest <= 0.25 * options_.tolerance) continue;  // smaller than the tolerance as a whole
+      mesh_.unproven_area += 0.5 * std::fabs((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
+    }
+  }
+  return std::move(mesh_);
+}
+
+}  // namespace
+
+Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangement& arrangement, ArcSamples& samples,
+                                             const RegionOptions& options) {
+  const TriangleDeviation deviation(surface);
+  std::vector<std::unique_ptr<Region>> regions;
+  std::vector<std::uint32_t> region_of;
+  for (std::uint32_t k = 0; k < arrangement.regions.size(); ++k) {
+    if (arrangement.regions[k].label == kNoLabel) continue;
+    region_of.push_back(k);
+    regions.push_back(std::make_unique<Region>(surface, arrangement, samples, deviation, options, k));
+  }
+  std::vector<std::vector<std::uint32_t>> users(arrangement.arcs.size());
+  for (std::uint32_t r = 0; r < regions.size(); ++r) {
+    for (const auto& loop : arrangement.regions[region_of[r]].loops) {
+      for (const ArcUse& use : loop) {
+        if (users[use.arc].empty() || users[use.arc].back() != r) users[use.arc].push_back(r);
+      }
+    }
+  }
+  // Long borders first would balance better; index order keeps it simple and the result the same.
+  std::vector<std::vector<Region::Chord>> asked(regions.size());
+  std::vector<char> to_build(regions.size(), 1);
+  bool any_build = true;
+  for (int round = 0; round < options.rounds + 40; ++round) {
+    const bool refining = round < options.rounds;
+    parallel_blocks(regions.size(), 1, options.threads, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t r = begin; r < end; ++r) {
+        asked[r].clear();
+        if (to_build[r]) {
+          asked[r] = regions[r]->build();
+          to_build[r] = !asked[r].empty() ? 1 : 0;
+        }
+        if (!to_build[r]) asked[r] = regions[r]->refine();
+      }
+    });
+    any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
+    bool split_any = false;
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      for (const Region::Chord& chord : asked[r]) {
+        if (!refining && !to_build[r]) {
+          regions[r]->keep(chord);
+          split_any = true;  // refine once more without it
+          continue;
+        }
+        const ArcSamples::Split split = samples.split(chord[0], chord[1]);
+        if (split.point == ArcSamples::kNone) {
+          // Too short, or split already by the other side: a kept segment is told to both.
+          regions[r]->keep(chord);
+          split_any = true;
+          continue;
+        }
+        split_any = true;
+        for (const std::uint32_t user : users[split.arc]) {
+          regions[user]->take_split(chord, split.point);
+          if (regions[user]->broken()) to_build[user] = 1;
+        }
+      }
+    }
+    any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
+    if (!split_any && !any_build) break;
+  }
+  if (any_build) {
+    return Error{ErrorCode::kInput, "the border of a surface element crosses itself at the least distance: the part "
+                                    "is finer than its coordinates can tell", {surface.program.file}};
+  }
+  std::vector<RegionMesh> meshes(regions.size());
+  parallel_blocks(regions.size(), 1, options.threads, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t r = begin; r < end; ++r) meshes[r] = regions[r]->finish();
+  });
+  return meshes;
+}
+
+}  // namespace diesink

@@ -1,0 +1,42 @@
+// The regions of the die triangulated in the charts of their faces, sharing the points of the arcs between them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "core/tessellate/arc_samples.h"
+#include "core/tessellate/planar_triangulation.h"
+
+namespace diesink {
+
+struct RegionMesh {
+  Label label = kNoLabel;
+  std::uint32_t region = 0;
+  // Local vertices: the first are arc points in the order of `arc_point`; where that is ArcSamples::kNone the vertex
+  // is inside, and its place is in `inner`.
+  std::vector<std::uint32_t> arc_point;
+  std::vector<Vec3> position;
+  std::vector<double> border_bound;  // of a vertex: largest bound of the chords that end there
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  double largest_deviation = 0;  // chords counted
+  double unproven_area = 0;      // in plan, of triangles without a bound within the tolerance
+};
+
+struct RegionOptions {
+  double tolerance = 0;
+  double min_angle = 0.40;  // radians in the chart
+  double shortest = 0;
+  int rounds = 24;
+  int threads = 0;
+  const std::vector<double>* grid_x = nullptr;  // both set: the grid's nodes instead of refinement, in plan
+  const std::vector<double>* grid_y = nullptr;
+};
+
+// Triangulates all regions that have a surface; splits arcs where both sides need it.
+// Errors: kInput (our own failure told as such) where a region's border cannot be triangulated.
+Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
+                                             ArcSamples& samples, const RegionOptions& options);
+
+}  // namespace diesink

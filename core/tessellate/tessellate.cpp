@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/tessellate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/grid/grid_array.h"
+#include "core/tessellate/arc_samples.h"
+#include "core/tessellate/arrangement.h"
+#include "core/tessellate/assemble.h"
+#include "core/tessellate/region_mesh.h"
+
+namespace diesink {
+namespace {
+
+// Part of the tolerance that the chords of arcs may take; the faces beside them have the rest.
+constexpr double kArcShare = 0.35;
+
+double seconds_since(const std::chrono::steady_clock::time_point& start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Of one tile of the domain. All cuts are products of the tile numbers and the domain alone, so that neighbours agree.
+PlanBox tile_box(const PlanBox& domain, const TessellationOptions& options) {
+  const auto cut = [](double a, double b, int k, int n) { return k == 0 ? a : k == n ? b : a + (b - a) * k / n; };
+  return {cut(domain.x0, domain.x1, options.tile[0], options.tiles[0]),
+          cut(domain.x0, domain.x1, options.tile[0] + 1, options.tiles[0]),
+          cut(domain.y0, domain.y1, options.tile[1], options.tiles[1]),
+          cut(domain.y0, domain.y1, options.tile[1] + 1, options.tiles[1])};
+}
+
+}  // namespace
+
+Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options) {
+  const Machining& m = surface.program().machining;
+  const double tolerance = options.tolerance > 0 ? options.tolerance : m.tolerance;
+  const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
+  const PlanBox box = tile_box(domain, options);
+  auto start = std::chrono::steady_clock::now();
+  const auto tell = [&](double part) {
+    if (options.progress) options.progress(part);
+  };
+
+  ArrangementOptions arrangement_options;
+  arrangement_options.tolerance = tolerance;
+  Result<Arrangement> arrangement = arrange(surface, box, arrangement_options);
+  if (!arrangement) return arrangement.error();
+  const double evaluate = seconds_since(start);
+  start = std::chrono::steady_clock::now();
+  tell(0.2);
+
+  const bool grid = options.scheme == MeshScheme::kGrid;
+  std::vector<double> xs, ys;
+  if (grid) {
+    xs = grid_lines(m.x_range[0], m.x_range[1], m.x_interval);
+    ys = grid_lines(m.y_range[0], m.y_range[1], m.y_interval);
+  }
+  const double budget = tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance();  // rounding of the vertices themselves
+  SamplingOptions sampling;
+  sampling.sag = kArcShare * budget;
+  sampling.tolerance = budget;
+  sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
+  if (grid) {
+    sampling.grid_x = &xs;
+    sampling.grid_y = &ys;
+  }
+  ArcSamples samples(surface.impl(), *arrangement, sampling);
+  samples.sample_all(options.threads);
+  tell(0.4);
+
+  RegionOptions region_options;
+  region_options.tolerance = budget;
+  region_options.shortest = sampling.shortest;
+  region_options.threads = options.threads;
+  region_options.grid_x = sampling.grid_x;
+  region_options.grid_y = sampling.grid_y;
+  Result<std::vector<RegionMesh>> regions = mesh_regions(surface.impl(), *arrangement, samples, region_options);
+  if (!regions) return regions.error();
+  tell(0.9);
+
+  Result<Tessellation> made = assemble(surface, *arrangement, samples, *regions, options);
+  if (!made) return made.error();
+  TessellationReport& report = made->report;
+  report.tolerance = tolerance;
+  report.uncertified_area = arrangement->uncertified_area;
+  report.certified_deviation = samples.largest_deviation;
+  for (const RegionMesh& r : *regions) {
+    report.uncertified_area += r.unproven_area;
+    report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
+    const std::string name = surface.element_name(r.label);
+    for (ElementReport& e : report.elements) {
+      if (e.name == name) e.max_deviation = std::fmax(e.max_deviation, r.largest_deviation);
+    }
+  }
+  report.uncertified_area += samples.unproven_length * 2 * samples.largest_deviation;
+  report.seconds_evaluate = evaluate;
+  report.seconds_tessellate = seconds_since(start);
+  tell(1);
+  return made;
+}
+
+}  // namespace diesink
