@@ -10,10 +10,12 @@
 namespace diesink {
 namespace {
 
-constexpr int kMaxDepth = 14;       // halvings of a stretch while its sag is measured
-constexpr int kBorderDepth = 4;     // halvings that every border stretch gets: a base may wave along it
-constexpr int kCertifyDepth = 10;   // halvings of a chord while its bound is too large
-constexpr double kEdgeFactor = 1.6; // edges on arcs may be longer than inside: only one side of them is curved
+constexpr int kMaxDepth = 14;  // halvings of a stretch while its sag is measured
+constexpr int kBorderDepth =
+    4;  // halvings that every border stretch gets: a base may wave along it
+constexpr int kCertifyDepth = 10;  // halvings of a chord while its bound is too large
+constexpr double kEdgeFactor =
+    1.6;  // edges on arcs may be longer than inside: only one side of them is curved
 
 double chord_distance(const Vec3& a, const Vec3& m, const Vec3& b) {
   const Vec3 d = b - a;
@@ -43,7 +45,8 @@ double ArcSamples::z_of(const ArcPoint& p, Label label) const {
     if (h.label == label) return h.z;
   }
   double z = 0;
-  // A label that the point does not know: corners of the domain beside a junction. Its own surface tells.
+  // A label that the point does not know: corners of the domain beside a junction. Its own surface
+  // tells.
   if (label != kNoLabel && solver_.height(label, p.x, p.y, z)) return z;
   return p.node != ArcPoint::kNoNode && !arrangement_.nodes[p.node].heights.empty()
              ? arrangement_.nodes[p.node].heights.front().z
@@ -96,7 +99,8 @@ ArcPoint ArcSamples::point_at(std::uint32_t a, double t) const {
     double z0 = 0, z1 = 0;
     const bool k0 = height_in(n0, label, z0), k1 = height_in(n1, label, z1);
     h.z = z0 + s * (z1 - z0);
-    // Stretches without an equation lie on the label's own surface all the same (border), or in a least cell.
+    // Stretches without an equation lie on the label's own surface all the same (border), or in a
+    // least cell.
     if ((arc.border || curve.type == CurveType::kOutline) || !(k0 && k1)) {
       double z = 0;
       if (solver_.height(label, p.x, p.y, z)) h.z = z;
@@ -118,12 +122,14 @@ ArcPoint ArcSamples::end_of(std::uint32_t a, bool last) const {
   return p;
 }
 
-double ArcSamples::lifted_sag(std::uint32_t a, const ArcPoint& p, const ArcPoint& m, const ArcPoint& q) const {
+double ArcSamples::lifted_sag(std::uint32_t a, const ArcPoint& p, const ArcPoint& m,
+                              const ArcPoint& q) const {
   const PlanArc& arc = arrangement_.arcs[a];
   double sag = 0;
   for (const Label label : {arc.left, arc.right}) {
     if (label == kNoLabel) continue;
-    sag = std::fmax(sag, chord_distance({p.x, p.y, z_of(p, label)}, {m.x, m.y, z_of(m, label)}, {q.x, q.y, z_of(q, label)}));
+    sag = std::fmax(sag, chord_distance({p.x, p.y, z_of(p, label)}, {m.x, m.y, z_of(m, label)},
+                                        {q.x, q.y, z_of(q, label)}));
   }
   return sag;
 }
@@ -164,7 +170,8 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
       for (const Label label : {arc.left, arc.right}) {
         if (label == kNoLabel) continue;
         const Vec3 p0(o.p0.x, o.p0.y, z_of(o.p0, label)), p1(o.p1.x, o.p1.y, z_of(o.p1, label));
-        const double edge = kEdgeFactor * charts_.at(label).spacing({m.x, m.y, z_of(m, label)}, options_.tolerance);
+        const double edge =
+            kEdgeFactor * charts_.at(label).spacing({m.x, m.y, z_of(m, label)}, options_.tolerance);
         if (edge > 0) weight = std::fmax(weight, (p1 - p0).norm() / edge);
       }
       pieces.push_back({o.t0, o.t1, weight});
@@ -180,7 +187,8 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
     const double want = total > 0 ? total * i / count : 0;
     double t = 0;
     if (total > 0) {
-      while (k + 1 < pieces.size() && passed + pieces[k].weight < want) passed += pieces[k++].weight;
+      while (k + 1 < pieces.size() && passed + pieces[k].weight < want)
+        passed += pieces[k++].weight;
       const Piece& piece = pieces[k];
       const double f = piece.weight > 0 ? std::clamp((want - passed) / piece.weight, 0.0, 1.0) : 0;
       t = piece.t0 + f * (piece.t1 - piece.t0);
@@ -226,7 +234,8 @@ void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const 
   std::sort(ts.begin(), ts.end());
   double last = 0;
   for (const double t : ts) {
-    if (t - last < 1e-6 || static_cast<double>(stretches) - t < 1e-6) continue;  // of a stretch: a line through a grid node
+    if (t - last < 1e-6 || static_cast<double>(stretches) - t < 1e-6)
+      continue;  // of a stretch: a line through a grid node
     out.push_back({t, point_at(a, t)});
     last = t;
   }
@@ -257,7 +266,8 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
   Label own = arc.left;
   if (own == kNoLabel || !(solver_.ref_of(own) == curve.first)) own = arc.right;
   if (own == kNoLabel) own = arc.left;
-  if (curve.type == CurveType::kMeet) return chord_deviation(pair, at(s.point, own), at(e.point, own));
+  if (curve.type == CurveType::kMeet)
+    return chord_deviation(pair, at(s.point, own), at(e.point, own));
   // The curve itself, at the body's own height even where that is hidden.
   const ArcPoint &p = points[s.point], &q = points[e.point];
   Vec3 c0(p.x, p.y, 0), c1(q.x, q.y, 0);
@@ -270,7 +280,8 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
   }
   const double lateral = chord_deviation(pair, c0, c1);
   if (!(lateral < 1e300)) return lateral;
-  // The other side's border lies under the same plan curve: sideways as far, up and down by its slope there.
+  // The other side's border lies under the same plan curve: sideways as far, up and down by its
+  // slope there.
   double most = lateral;
   for (const Label label : {arc.left, arc.right}) {
     if (label == kNoLabel || solver_.ref_of(label) == curve.first) continue;
@@ -292,7 +303,8 @@ std::uint32_t ArcSamples::insert(std::uint32_t a, std::uint32_t after, const Tri
   s.point = point;
   s.next = arc.samples[after].next;
   s.t = trial.t;
-  const std::uint32_t before_point = arc.samples[after].point, next_point = arc.samples[s.next].point;
+  const std::uint32_t before_point = arc.samples[after].point,
+                      next_point = arc.samples[s.next].point;
   arc.samples.push_back(s);
   arc.samples[after].next = sample;
   chords_.erase(key(before_point, next_point));
@@ -309,7 +321,8 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 4 * options_.shortest) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t
-                            ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1) : arc.samples[next].t;
+                            ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
+                            : arc.samples[next].t;
       const double t = 0.5 * (arc.samples[n].t + t1);
       const std::uint32_t mid = insert(a, n, {t, point_at(a, t)});
       certify(a, n, depth + 1);
@@ -321,7 +334,8 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
     // Not shown; the measured sag of the halves stands in, and the length is reported.
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     const double t1 = arc.samples[next].t <= arc.samples[n].t
-                          ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1) : arc.samples[next].t;
+                          ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
+                          : arc.samples[next].t;
     arcs[a].samples[n].deviation = lifted_sag(a, p, point_at(a, 0.5 * (arc.samples[n].t + t1)), q);
     unproven_length += std::hypot(p.x - q.x, p.y - q.y);
   } else {
@@ -360,7 +374,8 @@ void ArcSamples::sample_all(int threads) {
       ArcSample s;
       s.point = point;
       s.t = t;
-      if (!arc.samples.empty()) arc.samples.back().next = static_cast<std::uint32_t>(arc.samples.size());
+      if (!arc.samples.empty())
+        arc.samples.back().next = static_cast<std::uint32_t>(arc.samples.size());
       arc.samples.push_back(s);
     };
     append(junction(a, false), 0);
@@ -377,9 +392,12 @@ void ArcSamples::sample_all(int threads) {
     for (std::uint32_t k = 0; k < arc.samples.size(); ++k) {
       const std::uint32_t after = arc.samples[k].next;
       if (after == ArcSample::kEnd) continue;
-      const auto [it, fresh] = chords_.try_emplace(key(arc.samples[k].point, arc.samples[after].point), Ref{a, k});
+      const auto [it, fresh] =
+          chords_.try_emplace(key(arc.samples[k].point, arc.samples[after].point), Ref{a, k});
       if (!fresh) {  // two arcs between the same two corners: this one gets a point of its own
-        const double t = 0.5 * (arc.samples[k].t + (after == 0 ? static_cast<double>(of.nodes.size() - 1) : arc.samples[after].t));
+        const double t =
+            0.5 * (arc.samples[k].t +
+                   (after == 0 ? static_cast<double>(of.nodes.size() - 1) : arc.samples[after].t));
         const Ref kept = it->second;
         const std::uint64_t kept_key = it->first;
         insert(a, k, {t, point_at(a, t)});
@@ -406,13 +424,15 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b) {
   const ArcPoint &p = points[arc.samples[ref.sample].point], &q = points[arc.samples[next].point];
   if (arc.samples[ref.sample].final) return result;
   const double t0 = arc.samples[ref.sample].t;
-  const double t1 = arc.samples[next].t <= t0 ? static_cast<double>(arrangement_.arcs[ref.arc].nodes.size() - 1)
-                                              : arc.samples[next].t;
+  const double t1 = arc.samples[next].t <= t0
+                        ? static_cast<double>(arrangement_.arcs[ref.arc].nodes.size() - 1)
+                        : arc.samples[next].t;
   const PlanArc& of = arrangement_.arcs[ref.arc];
   double length = std::numeric_limits<double>::infinity();
   for (const Label label : {of.left, of.right}) {
     if (label != kNoLabel) {
-      length = std::fmin(length, (Vec3(p.x, p.y, z_of(p, label)) - Vec3(q.x, q.y, z_of(q, label))).norm());
+      length = std::fmin(length,
+                         (Vec3(p.x, p.y, z_of(p, label)) - Vec3(q.x, q.y, z_of(q, label))).norm());
     }
   }
   if (length < 2 * options_.shortest || !(t1 - t0 > 1e-9)) {
@@ -445,7 +465,8 @@ void ArcSamples::chain(std::uint32_t a, std::vector<std::uint32_t>& out) const {
 
 double ArcSamples::chord_bound(std::uint32_t a, std::uint32_t b) const {
   const auto found = chords_.find(key(a, b));
-  return found == chords_.end() ? 0 : arcs[found->second.arc].samples[found->second.sample].deviation;
+  return found == chords_.end() ? 0
+                                : arcs[found->second.arc].samples[found->second.sample].deviation;
 }
 
 }  // namespace diesink

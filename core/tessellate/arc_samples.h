@@ -1,5 +1,5 @@
-// The arcs of the arrangement as chains of exact points, dense enough for the tolerance, and splittable.
-// SPDX-License-Identifier: Apache-2.0
+// The arcs of the arrangement as chains of exact points, dense enough for the tolerance, and
+// splittable. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -26,8 +26,9 @@ struct ArcSample {
   std::uint32_t point = 0;
   std::uint32_t next = kEnd;  // in the arc's own list
   double t = 0;               // stretch and fraction along the arc
-  double deviation = 0;       // bound of the distance between arc and chord to the next sample, either lifted side
-  bool final = false;         // the chord to the next sample must not be split (too short, or refused)
+  double deviation =
+      0;  // bound of the distance between arc and chord to the next sample, either lifted side
+  bool final = false;  // the chord to the next sample must not be split (too short, or refused)
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
 };
 
@@ -40,20 +41,23 @@ struct SamplingOptions {
   double sag = 0;        // largest distance of chords from their arcs
   double tolerance = 0;  // of the faces beside
   double shortest = 0;   // no chord is made shorter
-  const std::vector<double>* grid_x = nullptr;  // both set: samples where arcs cross these lines, nothing else
+  const std::vector<double>* grid_x =
+      nullptr;  // both set: samples where arcs cross these lines, nothing else
   const std::vector<double>* grid_y = nullptr;
 };
 
 class ArcSamples {
  public:
-  // `charts[k]` is the chart of the k-th region of the arrangement; regions without surface have none.
-  ArcSamples(const CompoundSurface::Impl& surface, const Arrangement& arrangement, const SamplingOptions& options);
+  // `charts[k]` is the chart of the k-th region of the arrangement; regions without surface have
+  // none.
+  ArcSamples(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
+             const SamplingOptions& options);
 
   // The first sampling. Threads work on arcs by blocks; the result does not depend on them.
   void sample_all(int threads);
 
-  // Splits the chord between two points that follow one another on an arc; the new point, or kNone where it is
-  // too short or cannot be.
+  // Splits the chord between two points that follow one another on an arc; the new point, or kNone
+  // where it is too short or cannot be.
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   struct Split {
     std::uint32_t point = kNone;
@@ -67,7 +71,9 @@ class ArcSamples {
     return {p.x, p.y, z(point, label)};
   }
   // Height of a label's own surface.
-  bool surface_height(Label label, double x, double y, double& z) const { return solver_.height(label, x, y, z); }
+  bool surface_height(Label label, double x, double y, double& z) const {
+    return solver_.height(label, x, y, z);
+  }
   // Points of an arc in order; closed arcs repeat the first.
   void chain(std::uint32_t arc, std::vector<std::uint32_t>& out) const;
   // The bound kept with the chord between two neighbouring points.
@@ -93,7 +99,8 @@ class ArcSamples {
   [[nodiscard]] ArcPoint end_of(std::uint32_t arc, bool last) const;
   void sample(std::uint32_t arc, std::vector<Trial>& out) const;
   void sample_on_grid(std::uint32_t arc, std::vector<Trial>& out) const;
-  [[nodiscard]] double lifted_sag(std::uint32_t arc, const ArcPoint& a, const ArcPoint& m, const ArcPoint& b) const;
+  [[nodiscard]] double lifted_sag(std::uint32_t arc, const ArcPoint& a, const ArcPoint& m,
+                                  const ArcPoint& b) const;
   [[nodiscard]] double z_of(const ArcPoint& p, Label label) const;
   [[nodiscard]] double bound(std::uint32_t arc, const ArcSample& a, const ArcSample& b) const;
   void certify(std::uint32_t arc, std::uint32_t sample, int depth);

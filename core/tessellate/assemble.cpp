@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/assemble.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,17 +12,22 @@ namespace {
 
 using Impl = CompoundSurface::Impl;
 
-// Walls are divided in height where they are taller than this many widths of their strips, so that their
-// triangles keep their least angle.
+// Walls are divided in height where they are taller than this many widths of their strips, so that
+// their triangles keep their least angle.
 constexpr double kWallAspect = 3.5;
 // Smallest angle of the floor's triangles, radians.
 constexpr double kFloorAngle = 0.25;
 
 class Assembler {
  public:
-  Assembler(const CompoundSurface& compound, const Arrangement& arrangement, const ArcSamples& samples,
-            const std::vector<RegionMesh>& regions, const TessellationOptions& options)
-      : compound_(compound), arrangement_(arrangement), samples_(samples), regions_(regions), options_(options) {}
+  Assembler(const CompoundSurface& compound, const Arrangement& arrangement,
+            const ArcSamples& samples, const std::vector<RegionMesh>& regions,
+            const TessellationOptions& options)
+      : compound_(compound),
+        arrangement_(arrangement),
+        samples_(samples),
+        regions_(regions),
+        options_(options) {}
   Result<Tessellation> run();
 
  private:
@@ -36,13 +42,14 @@ class Assembler {
   std::uint32_t vertex_at(std::uint32_t arc_point, double z);
   void add_levels();
   void divide_columns();
-  void between(std::uint32_t point, double from, double to, std::vector<std::uint32_t>& chain) const;
+  void between(std::uint32_t point, double from, double to,
+               std::vector<std::uint32_t>& chain) const;
   void add_faces();
   void add_walls();
-  void strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q, double q_right, double q_left,
-             std::uint32_t element, const Vec3& np, const Vec3& nq);
-  void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t element, std::uint32_t na,
-                std::uint32_t nb, std::uint32_t nc);
+  void strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q, double q_right,
+             double q_left, std::uint32_t element, const Vec3& np, const Vec3& nq);
+  void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t element,
+                std::uint32_t na, std::uint32_t nb, std::uint32_t nc);
   Status add_floor();
   void add_curves();
   [[nodiscard]] bool hole_or_border(const PlanArc& arc) const {
@@ -62,7 +69,8 @@ class Assembler {
 };
 
 std::uint32_t Assembler::element(const std::string& name, const std::string& solid) {
-  const auto [it, fresh] = element_of_.try_emplace(name, static_cast<std::uint32_t>(out_.mesh.elements.size()));
+  const auto [it, fresh] =
+      element_of_.try_emplace(name, static_cast<std::uint32_t>(out_.mesh.elements.size()));
   if (fresh) {
     MeshElement e;
     e.name = name;
@@ -83,7 +91,8 @@ std::uint32_t Assembler::vertex_at(std::uint32_t point, double z) {
     if (level == z) return v;
   }
   const std::uint32_t v = vertex({samples_.points[point].x, samples_.points[point].y, z});
-  column.levels.insert(std::upper_bound(column.levels.begin(), column.levels.end(), std::make_pair(z, v)), {z, v});
+  column.levels.insert(
+      std::upper_bound(column.levels.begin(), column.levels.end(), std::make_pair(z, v)), {z, v});
   return v;
 }
 
@@ -120,7 +129,8 @@ void Assembler::divide_columns() {
     extra.clear();
     for (std::size_t k = 0; k + 1 < column.levels.size(); ++k) {
       const double z0 = column.levels[k].first, z1 = column.levels[k + 1].first;
-      const int parts = static_cast<int>(std::clamp((z1 - z0) / (kWallAspect * column.spacing), 1.0, 64.0));
+      const int parts =
+          static_cast<int>(std::clamp((z1 - z0) / (kWallAspect * column.spacing), 1.0, 64.0));
       for (int i = 1; i < parts; ++i) extra.push_back(z0 + (z1 - z0) * i / parts);
     }
     for (const double z : extra) vertex_at(p, z);
@@ -128,7 +138,8 @@ void Assembler::divide_columns() {
 }
 
 // The column's vertices from one height to another, both included, upwards or downwards.
-void Assembler::between(std::uint32_t point, double from, double to, std::vector<std::uint32_t>& chain) const {
+void Assembler::between(std::uint32_t point, double from, double to,
+                        std::vector<std::uint32_t>& chain) const {
   chain.clear();
   const Column& column = columns_[point];
   const double low = std::fmin(from, to), high = std::fmax(from, to);
@@ -138,8 +149,8 @@ void Assembler::between(std::uint32_t point, double from, double to, std::vector
   if (from > to) std::reverse(chain.begin(), chain.end());
 }
 
-void Assembler::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t e, std::uint32_t na,
-                         std::uint32_t nb, std::uint32_t nc) {
+void Assembler::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t e,
+                         std::uint32_t na, std::uint32_t nb, std::uint32_t nc) {
   if (a == b || b == c || c == a) return;
   out_.mesh.triangles.push_back({a, b, c});
   out_.mesh.triangle_element.push_back(e);
@@ -151,26 +162,31 @@ void Assembler::add_faces() {
   for (const RegionMesh& region : regions_) {
     const int surface = compound_.surface_of_row(row_of(region.label));
     const std::string name = compound_.element_name(region.label);
-    const std::uint32_t e =
-        element(name, surface == 0 ? "B" : compound_.program().solids[static_cast<std::size_t>(surface - 1)].id);
+    const std::uint32_t e = element(
+        name,
+        surface == 0 ? "B" : compound_.program().solids[static_cast<std::size_t>(surface - 1)].id);
     const FaceChart chart(compound_.impl(), region.label);
     global.resize(region.position.size());
     const auto first_normal = static_cast<std::uint32_t>(out_.mesh.normals.size());
     for (std::size_t k = 0; k < region.position.size(); ++k) {
-      global[k] = region.arc_point[k] == ArcSamples::kNone ? vertex(region.position[k])
-                                                          : vertex_at(region.arc_point[k], region.position[k].z());
+      global[k] = region.arc_point[k] == ArcSamples::kNone
+                      ? vertex(region.position[k])
+                      : vertex_at(region.arc_point[k], region.position[k].z());
       out_.mesh.normals.push_back(chart.normal(region.position[k]));
     }
     for (const auto& t : region.triangles) {
-      triangle(global[t[0]], global[t[1]], global[t[2]], e, first_normal + t[0], first_normal + t[1], first_normal + t[2]);
+      triangle(global[t[0]], global[t[1]], global[t[2]], e, first_normal + t[0],
+               first_normal + t[1], first_normal + t[2]);
     }
   }
 }
 
-// A vertical strip between two columns. Seen from its right side it is anticlockwise where the left side is the higher;
-// where the right one is, the same order faces left: always towards the lower side.
-void Assembler::strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q, double q_right, double q_left,
-                      std::uint32_t e, const Vec3& np, const Vec3& nq) {
+// A vertical strip between two columns. Seen from its right side it is anticlockwise where the left
+// side is the higher; where the right one is, the same order faces left: always towards the lower
+// side.
+void Assembler::strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q,
+                      double q_right, double q_left, std::uint32_t e, const Vec3& np,
+                      const Vec3& nq) {
   std::vector<std::uint32_t> cp, cq;
   between(p, p_right, p_left, cp);
   between(q, q_right, q_left, cq);
@@ -210,10 +226,14 @@ void Assembler::add_walls() {
   for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
     const PlanArc& arc = arrangement_.arcs[a];
     const bool skirt = hole_or_border(arc);
-    if (skirt && (!options_.solid || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel)))) continue;
+    if (skirt &&
+        (!options_.solid || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel))))
+      continue;
     samples_.chain(a, chain);
     const std::size_t n = chain.size();
-    const auto left_z = [&](std::uint32_t p) { return arc.left == kNoLabel ? floor_ : samples_.z(p, arc.left); };
+    const auto left_z = [&](std::uint32_t p) {
+      return arc.left == kNoLabel ? floor_ : samples_.z(p, arc.left);
+    };
     const auto right_z = [&](std::uint32_t p) {
       return arc.border || arc.right == kNoLabel ? floor_ : samples_.z(p, arc.right);
     };
@@ -235,8 +255,10 @@ void Assembler::add_walls() {
       if (closed && k == 0) t += chord(n - 2);
       if (closed && k + 1 == n) t += chord(0);
       const double l = t.norm();
-      if (!(l > 0)) t = k + 1 < n ? chord(k) : chord(k - 1);
-      else t /= l;
+      if (!(l > 0))
+        t = k + 1 < n ? chord(k) : chord(k - 1);
+      else
+        t /= l;
       return t;
     };
     for (std::size_t k = 0; k + 1 < n; ++k) {
@@ -245,7 +267,8 @@ void Assembler::add_walls() {
       if (pl == pr && ql == qr) continue;
       const double s = pl - pr + ql - qr >= 0 ? 1 : -1;
       const Vec2 tp = normal_at(k), tq = normal_at(k + 1);
-      strip(p, pr, pl, q, qr, ql, e, Vec3(s * tp.y(), -s * tp.x(), 0), Vec3(s * tq.y(), -s * tq.x(), 0));
+      strip(p, pr, pl, q, qr, ql, e, Vec3(s * tp.y(), -s * tp.x(), 0),
+            Vec3(s * tq.y(), -s * tq.x(), 0));
     }
   }
 }
@@ -259,7 +282,8 @@ Status Assembler::add_floor() {
   std::vector<std::uint32_t> chain;
   for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
     const PlanArc& arc = arrangement_.arcs[a];
-    if (!hole_or_border(arc) || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel))) continue;
+    if (!hole_or_border(arc) || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel)))
+      continue;
     samples_.chain(a, chain);
     if (arc.left == kNoLabel) std::reverse(chain.begin(), chain.end());
     const auto number = [&](std::uint32_t p) {
@@ -270,11 +294,13 @@ Status Assembler::add_floor() {
       }
       return it->second;
     };
-    for (std::size_t k = 0; k + 1 < chain.size(); ++k) segments.push_back({number(chain[k]), number(chain[k + 1])});
+    for (std::size_t k = 0; k + 1 < chain.size(); ++k)
+      segments.push_back({number(chain[k]), number(chain[k + 1])});
   }
   PlanarTriangulation t;
   if (!t.build(points, segments).empty()) {
-    return Error{ErrorCode::kInput, "the border of the floor crosses itself", {compound_.program().file}};
+    return Error{
+        ErrorCode::kInput, "the border of the floor crosses itself", {compound_.program().file}};
   }
   std::vector<std::uint32_t> global;
   for (const std::uint32_t p : of) global.push_back(vertex_at(p, floor_));
@@ -289,12 +315,14 @@ Status Assembler::add_floor() {
   for (;;) {
     const std::vector<PlanarTriangulation::Segment> wanted = t.refine(rules);
     if (wanted.empty()) break;
-    for (const PlanarTriangulation::Segment& s : wanted) t.keep_segment(s[0], s[1]);  // they belong to the skirts
+    for (const PlanarTriangulation::Segment& s : wanted)
+      t.keep_segment(s[0], s[1]);  // they belong to the skirts
   }
   const std::uint32_t e = element("floor", "floor");
   const auto n = static_cast<std::uint32_t>(out_.mesh.normals.size());
   out_.mesh.normals.emplace_back(0, 0, -1);
-  for (const auto& c : t.triangles()) triangle(global[c[0]], global[c[2]], global[c[1]], e, n, n, n);
+  for (const auto& c : t.triangles())
+    triangle(global[c[0]], global[c[2]], global[c[1]], e, n, n, n);
   return ok();
 }
 
@@ -302,7 +330,8 @@ void Assembler::add_curves() {
   std::vector<std::uint32_t> chain;
   std::vector<char> crease(out_.mesh.positions.size(), 0), jump = crease, corner = crease;
   const auto element_index = [&](Label label) {
-    return label == kNoLabel ? MeshCurve::kNoElement : element_of_.at(compound_.element_name(label));
+    return label == kNoLabel ? MeshCurve::kNoElement
+                             : element_of_.at(compound_.element_name(label));
   };
   for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
     const PlanArc& arc = arrangement_.arcs[a];
@@ -313,7 +342,9 @@ void Assembler::add_curves() {
     for (const std::uint32_t p : chain) {
       walled = walled || (both && samples_.z(p, arc.left) != samples_.z(p, arc.right));
     }
-    const CurveKind kind = !both ? CurveKind::kEdge : walled ? CurveKind::kJump : CurveKind::kCrease;
+    const CurveKind kind = !both    ? CurveKind::kEdge
+                           : walled ? CurveKind::kJump
+                                    : CurveKind::kCrease;
     CurveReport report;
     report.kind = kind;
     report.closed = arc.closed;
@@ -334,7 +365,9 @@ void Assembler::add_curves() {
       }
       double length = 0;
       for (std::size_t k = 0; k + 1 < curve.vertices.size(); ++k) {
-        length += (out_.mesh.positions[curve.vertices[k]] - out_.mesh.positions[curve.vertices[k + 1]]).norm();
+        length +=
+            (out_.mesh.positions[curve.vertices[k]] - out_.mesh.positions[curve.vertices[k + 1]])
+                .norm();
       }
       report.length = std::fmax(report.length, length);
       if (arc.closed) curve.vertices.pop_back();
@@ -362,14 +395,17 @@ Result<Tessellation> Assembler::run() {
       highest = std::fmax(highest, p.z());
     }
   }
-  const double longer = std::fmax(arrangement_.box.x1 - arrangement_.box.x0, arrangement_.box.y1 - arrangement_.box.y0);
+  const double longer = std::fmax(arrangement_.box.x1 - arrangement_.box.x0,
+                                  arrangement_.box.y1 - arrangement_.box.y0);
   floor_ = lowest;
   if (options_.solid) {
     floor_ = options_.floor ? *options_.floor : lowest - 0.1 * longer;
     if (!(floor_ < lowest)) {
       return Error{ErrorCode::kInput,
-                   "the floor at " + std::to_string(floor_) + " is not below the surface, whose lowest point is at " +
-                       std::to_string(lowest), {program.file}};
+                   "the floor at " + std::to_string(floor_) +
+                       " is not below the surface, whose lowest point is at " +
+                       std::to_string(lowest),
+                   {program.file}};
     }
   }
   add_levels();
@@ -382,14 +418,16 @@ Result<Tessellation> Assembler::run() {
   }
   add_curves();
   fill_report(compound_, out_, floor_, out_.report);
-  out_.report.domain = {arrangement_.box.x0, arrangement_.box.x1, arrangement_.box.y0, arrangement_.box.y1};
+  out_.report.domain = {arrangement_.box.x0, arrangement_.box.x1, arrangement_.box.y0,
+                        arrangement_.box.y1};
   return std::move(out_);
 }
 
 }  // namespace
 
-Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement& arrangement, const ArcSamples& samples,
-                              const std::vector<RegionMesh>& regions, const TessellationOptions& options) {
+Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement& arrangement,
+                              const ArcSamples& samples, const std::vector<RegionMesh>& regions,
+                              const TessellationOptions& options) {
   return Assembler(surface, arrangement, samples, regions, options).run();
 }
 
@@ -407,7 +445,8 @@ void fill_report(const CompoundSurface& surface, const Tessellation& tessellatio
     }
     for (int row = 0; row < surface.row_count(); ++row) {
       const int k = surface.surface_of_row(row);
-      const std::string id = k == 0 ? "B" : surface.program().solids[static_cast<std::size_t>(k - 1)].id;
+      const std::string id =
+          k == 0 ? "B" : surface.program().solids[static_cast<std::size_t>(k - 1)].id;
       if (id == r.solid && surface.sign_of_row(row) == Sign::kMinus) r.sign = -1;
     }
   }
@@ -441,7 +480,8 @@ void fill_report(const CompoundSurface& surface, const Tessellation& tessellatio
   std::sort(edges.begin(), edges.end());
   report.watertight = !edges.empty();
   for (std::size_t k = 0; k < edges.size() && report.watertight; k += 2) {
-    report.watertight = k + 1 < edges.size() && edges[k] == edges[k + 1] && (k + 2 >= edges.size() || edges[k + 2] != edges[k]);
+    report.watertight = k + 1 < edges.size() && edges[k] == edges[k + 1] &&
+                        (k + 2 >= edges.size() || edges[k + 2] != edges[k]);
   }
 }
 

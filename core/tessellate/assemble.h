@@ -1,5 +1,5 @@
-// The triangulated regions joined into one mesh: shared vertices, walls at jumps, skirts, floor, curves, normals.
-// SPDX-License-Identifier: Apache-2.0
+// The triangulated regions joined into one mesh: shared vertices, walls at jumps, skirts, floor,
+// curves, normals. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>
@@ -11,8 +11,9 @@
 namespace diesink {
 
 // Errors: kInput where a floor is asked for that is not below the surface.
-Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement& arrangement, const ArcSamples& samples,
-                              const std::vector<RegionMesh>& regions, const TessellationOptions& options);
+Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement& arrangement,
+                              const ArcSamples& samples, const std::vector<RegionMesh>& regions,
+                              const TessellationOptions& options);
 
 // Areas, volume, bounds and per-element figures of a mesh made by assemble() or the plain grid.
 void fill_report(const CompoundSurface& surface, const Tessellation& tessellation, double floor,

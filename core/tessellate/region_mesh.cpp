@@ -1,6 +1,6 @@
-// Rounds: every region refines by itself, then the arcs that any of them wants split are split for both sides.
-// Source: Ruppert, "A Delaunay refinement algorithm for quality 2-dimensional mesh generation", 1995, with the
-// segments shared by independent triangulations.
+// Rounds: every region refines by itself, then the arcs that any of them wants split are split for
+// both sides. Source: Ruppert, "A Delaunay refinement algorithm for quality 2-dimensional mesh
+// generation", 1995, with the segments shared by independent triangulations.
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/region_mesh.h"
 
@@ -17,9 +17,12 @@ using Impl = CompoundSurface::Impl;
 
 class Region {
  public:
-  Region(const Impl& surface, const Arrangement& arrangement, const ArcSamples& samples, const TriangleDeviation& deviation,
-         const RegionOptions& options, std::uint32_t index)
-      : arrangement_(arrangement), samples_(samples), deviation_(deviation), options_(options),
+  Region(const Impl& surface, const Arrangement& arrangement, const ArcSamples& samples,
+         const TriangleDeviation& deviation, const RegionOptions& options, std::uint32_t index)
+      : arrangement_(arrangement),
+        samples_(samples),
+        deviation_(deviation),
+        options_(options),
         chart_(surface, arrangement.regions[index].label, deviation.base()) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
@@ -59,7 +62,8 @@ class Region {
 };
 
 std::uint32_t Region::local(std::uint32_t arc_point) {
-  const auto [it, fresh] = local_of_.try_emplace(arc_point, static_cast<std::uint32_t>(mesh_.position.size()));
+  const auto [it, fresh] =
+      local_of_.try_emplace(arc_point, static_cast<std::uint32_t>(mesh_.position.size()));
   if (fresh) {
     mesh_.arc_point.push_back(arc_point);
     mesh_.position.push_back(samples_.at(arc_point, mesh_.label));
@@ -98,7 +102,8 @@ std::vector<Region::Chord> Region::build() {
   std::vector<Chord> split;
   const auto ask = [&](std::uint32_t segment) {
     if (segment < segments.size()) {
-      split.push_back({mesh_.arc_point[segments[segment][0]], mesh_.arc_point[segments[segment][1]]});
+      split.push_back(
+          {mesh_.arc_point[segments[segment][0]], mesh_.arc_point[segments[segment][1]]});
     }
   };
   for (const SegmentCrossing& w : wrong) {
@@ -129,7 +134,8 @@ void Region::insert_grid() {
   const std::vector<double>&xs = *options_.grid_x, &ys = *options_.grid_y;
   PlanBox box{1e300, -1e300, 1e300, -1e300};
   for (const Vec2& p : points_) {
-    box = {std::fmin(box.x0, p.x()), std::fmax(box.x1, p.x()), std::fmin(box.y0, p.y()), std::fmax(box.y1, p.y())};
+    box = {std::fmin(box.x0, p.x()), std::fmax(box.x1, p.x()), std::fmin(box.y0, p.y()),
+           std::fmax(box.y1, p.y())};
   }
   const auto first = [](const std::vector<double>& v, double at) {
     return static_cast<std::size_t>(std::lower_bound(v.begin(), v.end(), at) - v.begin());
@@ -151,13 +157,17 @@ void Region::insert_grid() {
       bool crowded = false;
       for (std::uint64_t a = 0; a < 2 && !crowded; ++a) {
         for (std::uint64_t b = 0; b < 2 && !crowded; ++b) {
-          const auto it = bins.find(((static_cast<std::uint64_t>(i) + a) << 32) | (static_cast<std::uint64_t>(j) + b));
+          const auto it = bins.find(((static_cast<std::uint64_t>(i) + a) << 32) |
+                                    (static_cast<std::uint64_t>(j) + b));
           if (it == bins.end()) continue;
-          for (const std::uint32_t k : it->second) crowded = crowded || (points_[k] - p).norm() < close;
+          for (const std::uint32_t k : it->second)
+            crowded = crowded || (points_[k] - p).norm() < close;
         }
       }
       Vec3 q(p.x(), p.y(), 0);
-      if (crowded || !samples_.surface_height(mesh_.label, p.x(), p.y(), q.z()) || !triangulation_.insert(p)) continue;
+      if (crowded || !samples_.surface_height(mesh_.label, p.x(), p.y(), q.z()) ||
+          !triangulation_.insert(p))
+        continue;
       mesh_.arc_point.push_back(ArcSamples::kNone);
       mesh_.position.push_back(q);
       mesh_.border_bound.push_back(0);
@@ -217,7 +227,8 @@ void Region::take_split(const Chord& chord, std::uint32_t point) {
 
 void Region::keep(const Chord& chord) {
   const auto a = local_of_.find(chord[0]), b = local_of_.find(chord[1]);
-  if (a != local_of_.end() && b != local_of_.end()) triangulation_.keep_segment(a->second, b->second);
+  if (a != local_of_.end() && b != local_of_.end())
+    triangulation_.keep_segment(a->second, b->second);
 }
 
 RegionMesh Region::finish() {
@@ -229,7 +240,8 @@ RegionMesh Region::finish() {
       const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
       const double longest = std::fmax((a - b).norm(), std::fmax((b - c).norm(), (c - a).norm()));
       if (longest <= 0.25 * options_.tolerance) continue;  // smaller than the tolerance as a whole
-      mesh_.unproven_area += 0.5 * std::fabs((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
+      mesh_.unproven_area +=
+          0.5 * std::fabs((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
     }
   }
   return std::move(mesh_);
@@ -237,15 +249,16 @@ RegionMesh Region::finish() {
 
 }  // namespace
 
-Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangement& arrangement, ArcSamples& samples,
-                                             const RegionOptions& options) {
+Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangement& arrangement,
+                                             ArcSamples& samples, const RegionOptions& options) {
   const TriangleDeviation deviation(surface);
   std::vector<std::unique_ptr<Region>> regions;
   std::vector<std::uint32_t> region_of;
   for (std::uint32_t k = 0; k < arrangement.regions.size(); ++k) {
     if (arrangement.regions[k].label == kNoLabel) continue;
     region_of.push_back(k);
-    regions.push_back(std::make_unique<Region>(surface, arrangement, samples, deviation, options, k));
+    regions.push_back(
+        std::make_unique<Region>(surface, arrangement, samples, deviation, options, k));
   }
   std::vector<std::vector<std::uint32_t>> users(arrangement.arcs.size());
   for (std::uint32_t r = 0; r < regions.size(); ++r) {
@@ -261,16 +274,17 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
   bool any_build = true;
   for (int round = 0; round < options.rounds + 40; ++round) {
     const bool refining = round < options.rounds;
-    parallel_blocks(regions.size(), 1, options.threads, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t r = begin; r < end; ++r) {
-        asked[r].clear();
-        if (to_build[r]) {
-          asked[r] = regions[r]->build();
-          to_build[r] = !asked[r].empty() ? 1 : 0;
-        }
-        if (!to_build[r]) asked[r] = regions[r]->refine();
-      }
-    });
+    parallel_blocks(regions.size(), 1, options.threads,
+                    [&](std::size_t begin, std::size_t end, int) {
+                      for (std::size_t r = begin; r < end; ++r) {
+                        asked[r].clear();
+                        if (to_build[r]) {
+                          asked[r] = regions[r]->build();
+                          to_build[r] = !asked[r].empty() ? 1 : 0;
+                        }
+                        if (!to_build[r]) asked[r] = regions[r]->refine();
+                      }
+                    });
     any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
     bool split_any = false;
     for (std::size_t r = 0; r < regions.size(); ++r) {
@@ -298,8 +312,10 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
     if (!split_any && !any_build) break;
   }
   if (any_build) {
-    return Error{ErrorCode::kInput, "the border of a surface element crosses itself at the least distance: the part "
-                                    "is finer than its coordinates can tell", {surface.program.file}};
+    return Error{ErrorCode::kInput,
+                 "the border of a surface element crosses itself at the least distance: the part "
+                 "is finer than its coordinates can tell",
+                 {surface.program.file}};
   }
   std::vector<RegionMesh> meshes(regions.size());
   parallel_blocks(regions.size(), 1, options.threads, [&](std::size_t begin, std::size_t end, int) {

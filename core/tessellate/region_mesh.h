@@ -1,5 +1,5 @@
-// The regions of the die triangulated in the charts of their faces, sharing the points of the arcs between them.
-// SPDX-License-Identifier: Apache-2.0
+// The regions of the die triangulated in the charts of their faces, sharing the points of the arcs
+// between them. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace diesink {
 struct RegionMesh {
   Label label = kNoLabel;
   std::uint32_t region = 0;
-  // Local vertices: the first are arc points in the order of `arc_point`; where that is ArcSamples::kNone the vertex
-  // is inside, and its place is in `inner`.
+  // Local vertices: the first are arc points in the order of `arc_point`; where that is
+  // ArcSamples::kNone the vertex is inside, and its place is in `inner`.
   std::vector<std::uint32_t> arc_point;
   std::vector<Vec3> position;
   std::vector<double> border_bound;  // of a vertex: largest bound of the chords that end there
@@ -30,13 +30,15 @@ struct RegionOptions {
   double shortest = 0;
   int rounds = 24;
   int threads = 0;
-  const std::vector<double>* grid_x = nullptr;  // both set: the grid's nodes instead of refinement, in plan
+  const std::vector<double>* grid_x =
+      nullptr;  // both set: the grid's nodes instead of refinement, in plan
   const std::vector<double>* grid_y = nullptr;
 };
 
 // Triangulates all regions that have a surface; splits arcs where both sides need it.
 // Errors: kInput (our own failure told as such) where a region's border cannot be triangulated.
-Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
-                                             ArcSamples& samples, const RegionOptions& options);
+Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surface,
+                                             const Arrangement& arrangement, ArcSamples& samples,
+                                             const RegionOptions& options);
 
 }  // namespace diesink

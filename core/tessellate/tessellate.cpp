@@ -21,9 +21,12 @@ double seconds_since(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Of one tile of the domain. All cuts are products of the tile numbers and the domain alone, so that neighbours agree.
+// Of one tile of the domain. All cuts are products of the tile numbers and the domain alone, so
+// that neighbours agree.
 PlanBox tile_box(const PlanBox& domain, const TessellationOptions& options) {
-  const auto cut = [](double a, double b, int k, int n) { return k == 0 ? a : k == n ? b : a + (b - a) * k / n; };
+  const auto cut = [](double a, double b, int k, int n) {
+    return k == 0 ? a : k == n ? b : a + (b - a) * k / n;
+  };
   return {cut(domain.x0, domain.x1, options.tile[0], options.tiles[0]),
           cut(domain.x0, domain.x1, options.tile[0] + 1, options.tiles[0]),
           cut(domain.y0, domain.y1, options.tile[1], options.tiles[1]),
@@ -32,7 +35,8 @@ PlanBox tile_box(const PlanBox& domain, const TessellationOptions& options) {
 
 }  // namespace
 
-Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options) {
+Result<Tessellation> tessellate(const CompoundSurface& surface,
+                                const TessellationOptions& options) {
   const Machining& m = surface.program().machining;
   const double tolerance = options.tolerance > 0 ? options.tolerance : m.tolerance;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
@@ -56,7 +60,8 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
     xs = grid_lines(m.x_range[0], m.x_range[1], m.x_interval);
     ys = grid_lines(m.y_range[0], m.y_range[1], m.y_interval);
   }
-  const double budget = tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance();  // rounding of the vertices themselves
+  const double budget =
+      tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance();  // rounding of the vertices themselves
   SamplingOptions sampling;
   sampling.sag = kArcShare * budget;
   sampling.tolerance = budget;
@@ -75,7 +80,8 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   region_options.threads = options.threads;
   region_options.grid_x = sampling.grid_x;
   region_options.grid_y = sampling.grid_y;
-  Result<std::vector<RegionMesh>> regions = mesh_regions(surface.impl(), *arrangement, samples, region_options);
+  Result<std::vector<RegionMesh>> regions =
+      mesh_regions(surface.impl(), *arrangement, samples, region_options);
   if (!regions) return regions.error();
   tell(0.9);
 
