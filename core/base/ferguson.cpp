@@ -144,6 +144,20 @@ void FergusonSurface::make_bins() {
 }
 
 Result<FergusonSurface> FergusonSurface::make(const FergusonBase& base) {
+  Result<FergusonSurface> out = with_patches(base);
+  if (out && !out->affine_) {
+    out->make_inverses();
+    out->make_bins();
+  }
+  return out;
+}
+
+Status FergusonSurface::check_plan(const FergusonBase& base) {
+  const Result<FergusonSurface> out = with_patches(base);
+  return out ? ok() : Status(out.error());
+}
+
+Result<FergusonSurface> FergusonSurface::with_patches(const FergusonBase& base) {
   assert(base.columns >= 2 && base.rows >= 2);
   assert(base.points.size() ==
          static_cast<std::size_t>(base.columns) * static_cast<std::size_t>(base.rows));
@@ -173,8 +187,6 @@ Result<FergusonSurface> FergusonSurface::make(const FergusonBase& base) {
                      "; expected points whose patches lie side by side in plan",
                  base.where};
   }
-  out.make_inverses();
-  out.make_bins();
   return out;
 }
 

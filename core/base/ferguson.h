@@ -75,6 +75,9 @@ class FergusonSurface {
   //         sign by its Bernstein coefficients, subdivided; what cannot be shown is refused.
   static Result<FergusonSurface> make(const FergusonBase& base);
 
+  // The errors of make() without the work that only evaluation needs.
+  static Status check_plan(const FergusonBase& base);
+
   // The surface over (x, y); false outside its plan. The digits do not depend on the hint.
   // Bound: |dz| <= 1e-13 of the largest coordinate for slopes up to 1
   // (tests/core/ferguson_test.cpp).
@@ -120,6 +123,7 @@ class FergusonSurface {
     return patches_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_ - 1) +
                     static_cast<std::size_t>(i)];
   }
+  static Result<FergusonSurface> with_patches(const FergusonBase& base);
   void make_patches(const FergusonBase& base);
   void make_inverses();
   void make_bins();

@@ -62,8 +62,8 @@ BaseSurface read_ferguson(const Statement& header, std::size_t first, const Stat
     return {};
   }
   if (good) {
-    const Result<FergusonSurface> surface = FergusonSurface::make(base);
-    if (!surface) report.error(header, header.fields[first], surface.error().message);
+    const Status plan = FergusonSurface::check_plan(base);
+    if (!plan) report.error(header, header.fields[first], plan.error().message);
   }
   return base;
 }
