@@ -55,9 +55,11 @@ std::string curve_label(const TriangleMesh& mesh, const MeshCurve& curve) {
   }
   for (std::size_t side = 0; side < 2; ++side) {
     if (side == 1) label += '|';
-    if (curve.between[side] < mesh.elements.size())
+    if (curve.between[side] < mesh.elements.size()) {
       label += one_line(mesh.elements[curve.between[side]].name);
+    }
   }
+  if (!curve.name.empty()) label += "|" + one_line(curve.name);
   return label;
 }
 
@@ -74,7 +76,11 @@ bool read_curve_label(std::string_view label, const TriangleMesh& mesh, MeshCurv
       curve.name = std::string(rest);
       return true;
     }
-    const std::array sides{rest.substr(0, bar), rest.substr(bar + 1)};
+    std::array sides{rest.substr(0, bar), rest.substr(bar + 1)};
+    if (const std::size_t second = sides[1].find('|'); second != std::string_view::npos) {
+      curve.name = std::string(sides[1].substr(second + 1));
+      sides[1] = sides[1].substr(0, second);
+    }
     for (std::size_t side = 0; side < 2; ++side) {
       for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
         if (!sides[side].empty() && one_line(mesh.elements[e].name) == sides[side]) {

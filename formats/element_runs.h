@@ -38,7 +38,8 @@ std::string one_line(std::string_view text);
 // "crease", "edge", "jump", "curve".
 std::string_view name_of(CurveKind kind);
 
-// What a curve is called where a format has groups: "crease:S2.side|S3.surface", or "curve:name".
+// What a curve is called where a format has groups: "crease:S2.side|S3.surface",
+// "jump:S2.top|S2.wall|name" or "curve:name".
 std::string curve_label(const TriangleMesh& mesh, const MeshCurve& curve);
 // The way back, looking up the elements by name; false where `label` is no such label.
 bool read_curve_label(std::string_view label, const TriangleMesh& mesh, MeshCurve& curve);

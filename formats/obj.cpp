@@ -26,29 +26,23 @@ struct Materials {
   std::vector<std::size_t> of_element;
 };
 
-// One material a solid, as long as its elements agree on the colour; an element that differs gets
-// one of its own name. OBJ cannot take a material back, so where some elements have one the others
-// are given kObjNoMaterial.
+// One material a solid, of the colour its first element has; an element of another colour gets one
+// of its own, "S2:S2.wall". OBJ cannot take a material back, so where some elements have one the
+// others are given kObjNoMaterial.
 Materials materials_of(const TriangleMesh& mesh) {
   Materials materials;
   std::map<std::string, std::size_t> by_name;
-  const auto add = [&](std::string name, const MeshElement& element) {
-    const auto [at, is_new] = by_name.emplace(std::move(name), materials.list.size());
-    if (is_new) materials.list.push_back({at->first, element.color});
-    return at->second;
-  };
   for (const MeshElement& element : mesh.elements) {
     std::string name =
-        one_line(element.solid.empty() && element.color ? element.name : element.solid);
-    if (name.empty()) name = kObjNoMaterial;
-    std::size_t material = add(name, element);
-    for (int n = 2; materials.list[material].color != element.color; ++n) {
-      // Not to be mistaken for an unnamed solid's.
-      std::string own = element.name.empty() ? name : one_line(element.name);
-      if (n > 2) own += "." + std::to_string(n);
-      material = add(own, element);
-    }
-    materials.of_element.push_back(material);
+        element.solid.empty() ? std::string(kObjNoMaterial) : one_line(element.solid);
+    const bool first_colored = element.solid.empty() && element.color;
+    const auto found = by_name.find(name);
+    const bool differs =
+        found != by_name.end() && materials.list[found->second].color != element.color;
+    if (first_colored || differs) name += kObjOwnColor + one_line(element.name);
+    const auto [at, is_new] = by_name.emplace(std::move(name), materials.list.size());
+    if (is_new) materials.list.push_back({at->first, element.color});
+    materials.of_element.push_back(at->second);
   }
   const bool any = std::any_of(materials.list.begin(), materials.list.end(), [](const Material& m) {
     return m.name != kObjNoMaterial || m.color.has_value();
@@ -62,13 +56,11 @@ Status write_library(const Materials& materials, const WriteOptions& options, By
   out << "# " << one_line(options.program_comment) << '\n';
   for (const Material& material : materials.list) {
     out << "newmtl " << material.name << '\n';
-    if (material.color) {
-      out << "Kd";
-      for (std::size_t i = 0; i < 3; ++i) out << ' ' << (*material.color)[i] / 255.0;
-      out << "\nd " << (*material.color)[3] / 255.0 << '\n';
-    } else {
-      out << "Kd 0.8 0.8 0.8\n";
-    }
+    // Without a colour none is written: what is not there cannot be mistaken for grey.
+    if (!material.color) continue;
+    out << "Kd";
+    for (std::size_t i = 0; i < 3; ++i) out << ' ' << (*material.color)[i] / 255.0;
+    out << "\nd " << (*material.color)[3] / 255.0 << '\n';
   }
   return out.finish();
 }

@@ -11,6 +11,10 @@ namespace diesink {
 // The material of elements that have none, in a file where others have one.
 inline constexpr std::string_view kObjNoMaterial = "none";
 
+// Stands between the solid and the element in the material of an element that differs in colour
+// from its solid.
+inline constexpr char kObjOwnColor = ':';
+
 // True where the first statement is one of OBJ's.
 bool looks_like_obj(std::span<const std::byte> bytes);
 

@@ -24,28 +24,31 @@ std::string real_path(const std::string& path) {
 void read_library(std::string_view content, const std::string& path,
                   std::map<std::string, Color, std::less<>>& colors, Diagnostics& diagnostics) {
   TextScanner text(content, path);
-  Color* material = nullptr;
+  std::string name;
+  // Grey and opaque until it says otherwise; a material without a colour has no entry.
+  const auto color_of = [&](const std::string& material) -> Color& {
+    return colors.emplace(material, Color{204, 204, 204, 255}).first->second;
+  };
   Tally bad;
   while (text.more()) {
     const char* const start = text.at();
     const std::string_view word = text.word();
     if (word == "newmtl") {
-      // Grey and opaque until it says otherwise; no entry before a colour is given.
-      const std::string name(text.rest_of_line());
-      material = &colors.emplace(name, Color{204, 204, 204, 255}).first->second;
-    } else if (word == "Kd" && material != nullptr) {
+      name = std::string(text.rest_of_line());
+    } else if (word == "Kd") {
+      Color& color = color_of(name);
       double value = 0;
       for (std::size_t i = 0; i < 3; ++i) {
         if (text.number(value) != NumberState::kOk) {
           bad.hit(start);
           break;
         }
-        (*material)[i] = color_part(value, false);
+        color[i] = color_part(value, false);
       }
-    } else if ((word == "d" || word == "Tr") && material != nullptr) {
+    } else if (word == "d" || word == "Tr") {
       double value = 0;
       if (text.number(value) == NumberState::kOk) {
-        (*material)[3] = color_part(word == "d" ? value : 1 - value, false);
+        color_of(name)[3] = color_part(word == "d" ? value : 1 - value, false);
       } else {
         bad.hit(start);
       }

@@ -218,18 +218,11 @@ class ObjReader {
 
   Status finish() {
     read_marks();
-    // What this program calls the lack of a material is none.
-    if (ours_) {
-      for (MeshElement& element : elements_.elements()) {
-        if (element.solid == kObjNoMaterial) element.solid.clear();
-      }
-    }
     for (MeshElement& element : elements_.elements()) {
-      if (const auto color =
-              colors_.find(element.solid.empty() && ours_ ? kObjNoMaterial : element.solid);
-          color != colors_.end()) {
+      if (const auto color = colors_.find(element.solid); color != colors_.end()) {
         element.color = color->second;
       }
+      if (ours_) element.solid = solid_of(element);
     }
     const std::size_t given = builder_.finish(elements_);
     for (std::size_t c = 0; c < mesh_.curves.size(); ++c) {
@@ -249,6 +242,14 @@ class ObjReader {
     if (given > 0) warn(given, "triangles have no normals: they were given their own");
     warn_tallies();
     return ok();
+  }
+
+  // What this program wrote as the element's material, back to the solid it was made from.
+  static std::string solid_of(const MeshElement& element) {
+    std::string solid = element.solid;
+    const std::string own = kObjOwnColor + element.name;
+    if (solid.ends_with(own)) solid.resize(solid.size() - own.size());
+    return solid == kObjNoMaterial ? std::string() : solid;
   }
 
   void read_marks() {

@@ -78,6 +78,7 @@ class HeaderReader {
   }
 
   Status read_format() {
+    text_.more_in_line();
     const char* const at = text_.at();
     const std::string_view word = text_.word();
     if (word == "ascii") {
@@ -99,6 +100,7 @@ class HeaderReader {
   }
 
   Status read_element() {
+    text_.more_in_line();
     const char* const at = text_.at();
     PlyElement element;
     element.name = std::string(text_.word());
@@ -117,6 +119,7 @@ class HeaderReader {
   }
 
   Status read_property() {
+    text_.more_in_line();
     const char* const at = text_.at();
     if (header_.elements.empty()) return text_.error("a property before the first element", at);
     PlyElement& element = header_.elements.back();

@@ -54,7 +54,7 @@ bool TextScanner::skip_continuation() {
 }
 
 std::string_view TextScanner::rest_of_line() {
-  if (!more_in_line()) return {};
+  if (!more_in_line()) return {at_, 0};
   const char* const first = at_;
   while (at_ != end_ && !is_line_end(*at_)) ++at_;
   const char* last = at_;

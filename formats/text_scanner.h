@@ -79,9 +79,9 @@ class TextScanner {
     return at_ != end_;
   }
 
-  // The word at the cursor, empty at a line's end.
+  // The word at the cursor, empty (but in place) at a line's end.
   std::string_view word() {
-    if (!more_in_line()) return {};
+    if (!more_in_line()) return {at_, 0};
     const char* const first = at_;
     while (at_ != end_ && !is_blank(*at_) && !is_line_end(*at_)) ++at_;
     return {first, static_cast<std::size_t>(at_ - first)};

@@ -86,7 +86,8 @@ inline TriangleMesh random_mesh(unsigned seed, const MeshTraits& traits = {}) {
           p[i] = std::round(real(-20, 20));
           break;
         case 1:
-          p[i] = std::ldexp(real(-1, 1), -static_cast<int>(below(60)));
+          p[i] = real(-1, 1);
+          p[i] = std::ldexp(p[i], -static_cast<int>(below(60)));
           break;
         default:
           p[i] = real(-1, 1) * scale;
@@ -109,8 +110,9 @@ inline TriangleMesh random_mesh(unsigned seed, const MeshTraits& traits = {}) {
     const std::uint32_t elements = 1 + below(5);
     for (std::uint32_t e = 0; e < elements; ++e) {
       const std::string number = std::to_string(e);
-      MeshElement element{"S" + number + (below(2) == 0 ? ".side" : ".top face"), "S" + number,
-                          std::nullopt};
+      MeshElement element;
+      element.name = "S" + number + (below(2) == 0 ? ".side" : ".top face");
+      if (below(4) != 0) element.solid = "S" + std::to_string(below(3));
       if (traits.colors && below(2) == 0) {
         element.color = {
             {static_cast<std::uint8_t>(below(256)), static_cast<std::uint8_t>(below(256)),
@@ -129,7 +131,12 @@ inline TriangleMesh random_mesh(unsigned seed, const MeshTraits& traits = {}) {
   }
   if (traits.normals) {
     for (std::size_t n = 3 + below(20); n > 0; --n) {
-      mesh.normals.push_back(Vec3(real(-1, 1), real(-1, 1), real(0.1, 1)).normalized());
+      // One after the other: arguments are evaluated in any order.
+      Vec3 normal = Vec3::Zero();
+      normal.x() = real(-1, 1);
+      normal.y() = real(-1, 1);
+      normal.z() = real(0.1, 1);
+      mesh.normals.push_back(normal.normalized());
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const auto count = mesh.normals.size();
@@ -150,7 +157,8 @@ inline TriangleMesh random_mesh(unsigned seed, const MeshTraits& traits = {}) {
       curve.closed = below(2) == 0;
       const std::uint32_t first = below(vertices), length = curve.closed ? 3 : 2;
       for (std::uint32_t i = 0; i < length; ++i) curve.vertices.push_back((first + i) % vertices);
-      if (mesh.elements.size() > 1) curve.between = {0, 1};
+      if (mesh.elements.size() > 1 && below(3) != 0) curve.between = {0, 1};
+      if (below(3) == 0) curve.name = "rim " + std::to_string(c);
       mesh.curves.push_back(std::move(curve));
     }
   }

@@ -1,0 +1,240 @@
+// What a format can hold comes back to the bit: STL, OBJ, PLY and OFF, each alone and each after
+// another. SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+
+#include "formats/mesh_file.h"
+#include "formats/registry.h"
+#include "tests/support/die_mesh.h"
+#include "tests/support/mesh_signature.h"
+#include "tests/support/random_mesh.h"
+
+namespace diesink {
+namespace {
+
+using testing::both;
+using testing::Compared;
+using testing::difference;
+using testing::MeshTraits;
+using testing::random_mesh;
+using testing::signature;
+
+class Folder {
+ public:
+  Folder() : path_(::testing::TempDir() + "diesink-round-trip-" + std::to_string(::getpid())) {
+    std::filesystem::create_directories(path_);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() { std::filesystem::remove_all(path_); }
+  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+struct Kind {
+  const char* name;
+  const Format* format;
+  bool ascii;
+  Compared keeps;
+};
+
+const std::vector<Kind>& kinds() {
+  static const std::vector<Kind> all{
+      {"stl", &kStl, false, {false, false, false, false, false, false, true, true}},
+      {"stl_ascii", &kStl, true, {true, false, false, false, false, false, false, false}},
+      {"obj", &kObj, false, {true, true, true, true, true, true, true, false}},
+      {"ply", &kPly, false, {true, true, true, true, true, true, true, false}},
+      {"ply_ascii", &kPly, true, {true, true, true, true, true, true, true, false}},
+      {"off", &kOff, false, {false, false, true, false, true, false, true, false}},
+  };
+  return all;
+}
+
+TriangleMesh through(const TriangleMesh& mesh, const Kind& kind, const Folder& folder) {
+  WriteOptions options;
+  options.program_comment = "diesink test";
+  options.ascii = kind.ascii;
+  options.lines = true;
+  options.file_stem = "mesh";
+  const Result<WrittenMesh> written = kind.format->write(mesh, options);
+  EXPECT_TRUE(written) << to_text(written.error());
+  // Only what stands beside the file goes to the disk: files in place are synced, which takes its
+  // time.
+  for (const FileBytes& beside : std::span(written->files).subspan(1)) {
+    std::ofstream(folder.file(beside.name), std::ios::binary)
+        << std::string_view(static_cast<const char*>(static_cast<const void*>(beside.bytes.data())),
+                            beside.bytes.size());
+  }
+  EXPECT_EQ(format_of_content(written->files[0].bytes, ""), kind.format);
+  ReadOptions reading;
+  reading.folder = folder.file("");
+  Diagnostics diagnostics;
+  Result<TriangleMesh> back = kind.format->read(written->files[0].bytes, reading, diagnostics);
+  EXPECT_TRUE(back) << to_text(back.error());
+  if (!back) return {};
+  for (const Diagnostic& d : diagnostics.all()) ADD_FAILURE() << to_text(d);
+  return std::move(*back);
+}
+
+// OBJ and ASCII PLY cannot tell a colour apart that is not there from one an element without a name
+// has, and so on: the random meshes keep within what every format can say.
+MeshTraits traits_of(const Kind& kind) {
+  MeshTraits traits;
+  traits.float_positions = kind.keeps.as_float;
+  return traits;
+}
+
+TEST(MeshRoundTrip, EveryFormatAlone) {
+  const Folder folder;
+  for (const Kind& kind : kinds()) {
+    for (unsigned seed = 0; seed < 150; ++seed) {
+      const TriangleMesh mesh = random_mesh(seed, traits_of(kind));
+      const TriangleMesh back = through(mesh, kind, folder);
+      ASSERT_EQ(difference(signature(back, kind.keeps), signature(mesh, kind.keeps)), "")
+          << kind.name << " " << seed;
+      if (kind.format->sharing == Keeps::kYes) {
+        EXPECT_EQ(back.positions, mesh.positions) << kind.name << " " << seed;
+      }
+    }
+  }
+}
+
+TEST(MeshRoundTrip, EveryFormatAfterEveryOther) {
+  const Folder folder;
+  for (const Kind& first : kinds()) {
+    for (const Kind& second : kinds()) {
+      const Compared kept = both(first.keeps, second.keeps);
+      for (unsigned seed = 0; seed < 12; ++seed) {
+        const TriangleMesh mesh = random_mesh(seed, {});
+        const TriangleMesh back =
+            through(through(through(mesh, first, folder), second, folder), first, folder);
+        ASSERT_EQ(difference(signature(back, kept), signature(mesh, kept)), "")
+            << first.name << " " << second.name << " " << seed;
+      }
+    }
+  }
+}
+
+TEST(MeshRoundTrip, ADie) {
+  const Folder folder;
+  const TriangleMesh die = test::die_mesh();
+  for (const Kind& kind : kinds()) {
+    const TriangleMesh back = through(die, kind, folder);
+    EXPECT_EQ(difference(signature(back, kind.keeps), signature(die, kind.keeps)), "") << kind.name;
+    if (kind.format->sharing == Keeps::kYes) {
+      EXPECT_EQ(back.positions.size(), die.positions.size());
+    }
+  }
+}
+
+TEST(MeshRoundTrip, WritingWhatWasReadGivesTheSameBytes) {
+  for (const Kind& kind : kinds()) {
+    if (kind.format == &kOff) continue;  // numbers its colours anew
+    for (unsigned seed = 0; seed < 40; ++seed) {
+      WriteOptions options;
+      options.program_comment = "diesink test";
+      options.ascii = kind.ascii;
+      options.lines = true;
+      MeshTraits traits = traits_of(kind);
+      traits.colors = kind.format != &kObj;  // its colours are in the library, not read from memory
+      const Result<WrittenMesh> first = kind.format->write(random_mesh(seed, traits), options);
+      ASSERT_TRUE(first);
+      Diagnostics diagnostics;
+      const Result<TriangleMesh> back = kind.format->read(first->files[0].bytes, {}, diagnostics);
+      ASSERT_TRUE(back) << to_text(back.error());
+      const Result<WrittenMesh> second = kind.format->write(*back, options);
+      ASSERT_TRUE(second);
+      // A binary STL's colours lose bits once.
+      if (kind.format == &kStl && !kind.ascii) {
+        const Result<TriangleMesh> again =
+            kind.format->read(second->files[0].bytes, {}, diagnostics);
+        ASSERT_TRUE(again);
+        const Result<WrittenMesh> third = kind.format->write(*again, options);
+        ASSERT_TRUE(third);
+        EXPECT_EQ(third->files[0].bytes, second->files[0].bytes) << seed;
+      } else {
+        EXPECT_EQ(second->files[0].bytes, first->files[0].bytes) << kind.name << " " << seed;
+      }
+    }
+  }
+}
+
+TEST(MeshRoundTrip, FifteenBitColorsComeBackAsNearAsTheyCan) {
+  TriangleMesh mesh = testing::box_mesh(Vec3(0, 0, 0), Vec3(1, 1, 1));
+  mesh.elements = {{"a", "", {{{200, 100, 3, 255}}}}, {"b", "", std::nullopt}};
+  mesh.triangle_element.assign(12, 0);
+  mesh.triangle_element[7] = 1;
+  const Result<WrittenMesh> written = kStl.write(mesh, {});
+  ASSERT_TRUE(written);
+  Diagnostics diagnostics;
+  const Result<TriangleMesh> back = kStl.read(written->files[0].bytes, {}, diagnostics);
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->elements.size(), 2U);
+  ASSERT_TRUE(back->elements[0].color);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR((*back->elements[0].color)[i], (*mesh.elements[0].color)[i], 4);
+  }
+  EXPECT_FALSE(back->elements[1].color);
+  EXPECT_EQ(back->triangle_element, mesh.triangle_element);
+}
+
+TEST(MeshRoundTrip, BinaryStlTellsHowFarFloatsMovedTheVertices) {
+  TriangleMesh mesh = testing::box_mesh(Vec3(1e6, 0, 0), Vec3(1e6 + 0.03, 1, 1));
+  const Result<WrittenMesh> written = kStl.write(mesh, {});
+  ASSERT_TRUE(written);
+  const double moved = std::abs(static_cast<double>(static_cast<float>(1e6 + 0.03)) - (1e6 + 0.03));
+  EXPECT_DOUBLE_EQ(written->deviation, moved);
+  mesh.positions[0].x() = 1e39;
+  EXPECT_FALSE(kStl.write(mesh, {}));
+}
+
+TEST(MeshRoundTrip, ALargeObjIsTheSameForAnyNumberOfThreads) {
+  // Groups, normals, comments, polygons, backward numbers and continued lines over the sections'
+  // borders.
+  const TriangleMesh torus = testing::torus_mesh(400, 500);
+  std::string text = "# units: mm\n";
+  char line[200];
+  for (std::size_t i = 0; i < torus.positions.size(); ++i) {
+    const Vec3& p = torus.positions[i];
+    std::snprintf(
+        line, sizeof line,
+        i % 5 == 0 ? "v %.17g \\\r\n %.17g %.17g\r\nvn 0 0 1\n" : "v %.17g %.17g %.17g\nvn 0 1 0\n",
+        p.x(), p.y(), p.z());
+    text += line;
+    if (i < 4) continue;
+    if (i % 1000 == 0) text += "g part" + std::to_string(i / 1000 % 7) + "\n";
+    text += i % 3 == 0 ? "f -1//-1 -2//-2 -3//-3 -4//-4\n" : "f -1 -3 -4\n";
+  }
+  ASSERT_GT(text.size(), std::size_t{16} << 20);
+  std::vector<std::string> expected;
+  std::size_t triangles = 0;
+  for (const int threads : {1, 2, 7}) {
+    ReadOptions options;
+    options.threads = threads;
+    Diagnostics diagnostics;
+    const Result<TriangleMesh> mesh =
+        kObj.read(std::as_bytes(std::span(text)), options, diagnostics);
+    ASSERT_TRUE(mesh) << to_text(mesh.error());
+    EXPECT_EQ(mesh->positions, torus.positions);
+    EXPECT_EQ(mesh->elements.size(), 8U);
+    std::vector<std::string> lines = signature(*mesh, {});
+    for (const Diagnostic& d : diagnostics.all()) lines.push_back(to_text(d));
+    if (expected.empty()) {
+      expected = std::move(lines);
+      triangles = mesh->triangles.size();
+    } else {
+      EXPECT_EQ(mesh->triangles.size(), triangles);
+      EXPECT_TRUE(lines == expected) << threads;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace diesink
