@@ -30,6 +30,7 @@ struct PathOptions {
   std::optional<double> cusp;       // cusp height
   double intol = 0, outtol = 0;     // overcut and undercut; their sum must be positive
   std::optional<double> clearance;  // height of rapid moves; default a diameter above the surface
+  bool keep_interference = false;   // cc only: leave the loops in, to look at
   int threads = 0;                  // 0 = all cores
   // Called now and then with the part done, 0..1; may be empty.
   std::function<void(double)> progress;
@@ -77,5 +78,11 @@ Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions&
 // `domain` is x0, x1, y0, y1. The mesh should reach a cutter's radius beyond it.
 Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
                                    const std::array<double, 4>& domain, const PathOptions& options);
+
+// The paper's method: CC-data along each pass, equation (6), interferences removed (Fig. 12). The
+// mesh serves to find what gouges. Its moves are checked at points, not proven as the drop method's
+// are.
+Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
+                                 double deviation, const PathOptions& options);
 
 }  // namespace diesink

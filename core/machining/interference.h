@@ -1,0 +1,31 @@
+// From CC-data to CL-data, and the removal of interferences (Fig. 12).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "core/machining/cc_pass.h"
+#include "core/machining/drop.h"
+
+namespace diesink {
+
+// Equation (6), with the disk of a flat or bull-nose cutter besides: the tip for a contact.
+Vec3 tip_of(const CutterShape& cutter, const CcContact& contact);
+
+// The tips of a stretch of CC-data. Over a convex edge the cutter is turned about the edge in steps
+// that keep `intol`; down and up the side of a jump likewise.
+std::vector<Vec3> tips_of(const CutterShape& cutter, const std::vector<CcSample>& stretch,
+                          double intol);
+
+struct InterferenceCounts {
+  std::size_t loops = 0;      // Fig. 12(a), (b): gouging points cut out
+  std::size_t crossings = 0;  // Fig. 12(c): points put in where the offsets meet
+};
+
+// Cuts the stretches of gouging tips out, puts the crossing of the two sides in, and adds points
+// where a straight move still gouges by more than `tolerance`. Needs: `drop` in the program's own
+// frame, of the same cutter.
+std::vector<Vec3> without_interference(const std::vector<Vec3>& tips, const PointDrop& drop,
+                                       double tolerance, InterferenceCounts& counts);
+
+}  // namespace diesink
