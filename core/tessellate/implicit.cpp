@@ -130,7 +130,7 @@ Implicit face_implicit(const BodyLine& body, std::uint8_t face) {
     for (const PolyhedronFace& f : polyhedron->faces) {
       if (f.number == face) return plane_through(polyhedron->vertices[f.loop[0]], f.plane.n);
     }
-    assert(!"no such face");
+    assert(false && "no such face");
     return {};
   }
   const QuadricBody& quadric = std::get<QuadricBody>(body.body());

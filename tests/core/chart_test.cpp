@@ -257,6 +257,8 @@ TEST(FaceChart, UnusualProportions) {
         EXPECT_LT((back - p).norm(), 1e-11 * surface.size()) << what;
         const double edge = chart.spacing(p, 1e-3);
         ASSERT_GT(edge, 0);
+        // Triangles over an apex are another matter: it is to be one of their vertices.
+        if (chart.apex() && c.norm() < edge) continue;
         Vec3 v[3];
         bool there = true;
         for (int i = 0; i < 3; ++i) {
