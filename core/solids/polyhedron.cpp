@@ -91,13 +91,16 @@ Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width) {
 
 double height_over(const Plane& plane, const Vec3& p) { return plane.n.dot(p) + plane.d; }
 
-// Largest corner distance to the left of no edge: > 0 where the loop turns the wrong way or crosses
-// itself.
-double turning_fault(const Loop& loop, const std::vector<Vec3>& at, const Vec3& normal) {
+// How far a corner lies to the right of an edge at the most: > 0 where the loop turns the wrong way
+// or crosses itself. Edges shorter than `least` have no direction worth the name and are passed
+// over.
+double turning_fault(const Loop& loop, const std::vector<Vec3>& at, const Vec3& normal,
+                     double least) {
   double fault = 0;
   for (std::size_t k = 0; k < loop.size(); ++k) {
     const Vec3& a = at[loop[k]];
     const Vec3 edge = at[loop[(k + 1) % loop.size()]] - a;
+    if (edge.norm() <= least) continue;
     for (const std::uint8_t v : loop) {
       fault = std::max(fault, -edge.cross(at[v] - a).dot(normal) / edge.norm());
     }
@@ -111,11 +114,20 @@ Error input_error(std::string message) { return {ErrorCode::kInput, std::move(me
 
 Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const FaceCorners> faces) {
   Polyhedron body;
+  body.vertices.assign(corners.begin(), corners.end());
+  const std::array<Vec3, 2> box = bounds_of(Body(body));
+  const double size = (box[1] - box[0]).norm();
+  if (size < kLeastLength) return input_error("the solid has no extent: its corners coincide");
+  const double allowed = kPlanarity * size;
+  const std::string flat = "the solid is flat: its corners lie in one plane";
+
+  body.vertices.clear();
   std::vector<std::uint8_t> vertex_of;
   std::vector<std::size_t> corner_of;  // first corner at a vertex, for messages
   for (std::size_t c = 0; c < corners.size(); ++c) {
-    const auto same =
-        std::ranges::find_if(body.vertices, [&](const Vec3& v) { return v == corners[c]; });
+    const auto same = std::ranges::find_if(body.vertices, [&](const Vec3& v) {
+      return (v - corners[c]).norm() <= kCoincidence * size;
+    });
     vertex_of.push_back(static_cast<std::uint8_t>(same - body.vertices.begin()));
     if (same == body.vertices.end()) {
       body.vertices.push_back(corners[c]);
@@ -123,11 +135,6 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
     }
   }
   const std::vector<Vec3>& at = body.vertices;
-  const std::array<Vec3, 2> box = bounds_of(Body(body));
-  const double size = (box[1] - box[0]).norm();
-  const double allowed = kPlanarity * size;
-  const std::string flat = "the solid is flat: its corners lie in one plane";
-  if (size < kLeastLength) return input_error("the solid has no extent: its corners coincide");
 
   double volume = 0;
   for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -135,7 +142,11 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
     face.number = static_cast<std::uint8_t>(f + 1);
     face.loop = loop_of(faces[f], vertex_of);
     const double width = face.loop.size() < 3 ? 0 : width_of(face.loop, at);
-    if (width <= 1e-3 * allowed) continue;
+    if (width <= 2 * kCoincidence * size) continue;
+    if (width <= allowed) {
+      return input_error(face_text(f + 1, faces[f]) + " is only " + number_text(width) +
+                         " wide; corners meant to coincide or to lie in line must do so");
+    }
     const Vec3 area = area_vector(face.loop, at);
     if (area.norm() <= 1e-6 * width * width) {
       return input_error(face_text(f + 1, faces[f]) +
@@ -150,7 +161,7 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
       return input_error(face_text(f + 1, faces[f]) + " is not planar: a corner lies " +
                          number_text(off) + " off it (allowed: " + number_text(allowed) + ')');
     }
-    if (turning_fault(face.loop, at, face.plane.n) > allowed) {
+    if (turning_fault(face.loop, at, face.plane.n, allowed) > allowed) {
       return input_error(face_text(f + 1, faces[f]) +
                          " is not convex or crosses itself; its corners are needed in order "
                          "around it");

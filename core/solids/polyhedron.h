@@ -22,7 +22,11 @@ struct FaceCorners {
 // (diagonal of its box).
 inline constexpr double kPlanarity = 1e-6;
 
-// The body of corners P1.. and faces face1..: corners that are equal become one vertex, faces that
+// Corners nearer than this, in the body's size, are one: the rounding of coordinates that were
+// computed.
+inline constexpr double kCoincidence = 1e-11;
+
+// The body of corners P1.. and faces face1..: corners that coincide become one vertex, faces that
 // collapse to a line are left out with their numbers, loops come out anticlockwise from outside. A
 // face whose corners share a coordinate, or stand above each other, gets a plane that is exactly
 // parallel to that axis. Needs: at most 8 corners; faces that close up (each edge twice, once

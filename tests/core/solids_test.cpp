@@ -207,6 +207,35 @@ TEST(Polyhedra, DegenerateFacesAreLeftOutWithTheirNumbers) {
   EXPECT_EQ(face(wedge, 3).loop.size(), 3u);
 }
 
+TEST(Polyhedra, CornersThatAllButCoincide) {
+  // A doubled end of a roof's ridge: within rounding it is one vertex, off along the ridge a tiny
+  // edge, off across it the ridge is no line any more.
+  const auto roof = [](const Vec3& off) {
+    return make("4-PRIS", 1,
+                {{0, 0, 0},
+                 {6, 0, 0},
+                 {6, 4, 0},
+                 {0, 4, 0},
+                 {1, 2, 3},
+                 {5, 2, 3},
+                 Vec3(5, 2, 3) + off,
+                 {1, 2, 3}});
+  };
+  for (const Vec3& direction :
+       {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0.6, -0.8)}) {
+    const Result<Body> rounded = roof(1e-14 * direction);
+    ASSERT_TRUE(rounded);
+    EXPECT_EQ(std::get<Polyhedron>(*rounded).vertices.size(), 6u);
+    expect_proper(std::get<Polyhedron>(*rounded), "rounded");
+  }
+  EXPECT_TRUE(roof({1e-8, 0, 0}));
+  EXPECT_TRUE(roof({-1e-8, 0, 0}));
+  const Result<Body> sliver = roof({0, 1e-8, 0});
+  ASSERT_FALSE(sliver);
+  EXPECT_NE(sliver.error().message.find("face2 (P5 P8 P7 P6) is only"), std::string::npos)
+      << sliver.error().message;
+}
+
 TEST(Polyhedra, HeightGoesAlongTheRightHandNormal) {
   const std::vector<Vec3> base = {{0, 0, 1}, {4, 0, 1}, {2, 6, 1}};
   const auto with = [&](double h) {
