@@ -23,6 +23,9 @@ constexpr double kAffineRounding = 0x1p-50;
 // slopes, taken where it starts, are off by no more than the patch bends over it.
 constexpr double kLastStep = 0x1p-37;
 
+// Samples a span of the outline where it is tested for crossing itself.
+constexpr int kOutlineSamples = 8;
+
 // Border lines belong to the surface within this part of the largest coordinate.
 constexpr double kClosedBorder = 1e-12;
 
@@ -185,6 +188,21 @@ Result<FergusonSurface> FergusonSurface::with_patches(const FergusonBase& base) 
                  "the base surface is folded or collapsed in plan in the patch from point " +
                      std::to_string(i + 1) + " of row " + std::to_string(j + 1) +
                      "; expected points whose patches lie side by side in plan",
+                 base.where};
+  }
+  // One sign of the Jacobian and an outline that does not cross itself: no plan point has two feet.
+  std::vector<Vec2> outline;
+  for (int side = 0; side < 4; ++side) {
+    const int steps = kOutlineSamples * static_cast<int>(out.border_length(side));
+    for (int k = 0; k < steps; ++k) {
+      outline.push_back(out.border(side, static_cast<double>(k) / kOutlineSamples).at);
+    }
+  }
+  if (const std::optional<Vec2> at = outline_crossing(outline)) {
+    return Error{ErrorCode::kInput,
+                 "the base surface overlaps itself in plan: its border crosses itself near x " +
+                     std::to_string(at->x()) + ", y " + std::to_string(at->y()) +
+                     "; expected one point of the base over each plan point",
                  base.where};
   }
   return out;

@@ -70,9 +70,10 @@ struct AffinePlan {
 class FergusonSurface {
  public:
   // Needs: columns, rows >= 2 and columns * rows points, finite.
-  // Errors: kInput where the grid is folded or collapsed in plan: every patch's plan Jacobian is
-  // shown to keep one
-  //         sign by its Bernstein coefficients, subdivided; what cannot be shown is refused.
+  // Errors: kInput where the grid is folded, collapsed or overlaps itself in plan. Every patch's
+  // plan
+  //         Jacobian is shown to keep one sign by its Bernstein coefficients, subdivided; what
+  //         cannot be shown is refused. The outline is tested for crossings eight times a span.
   static Result<FergusonSurface> make(const FergusonBase& base);
 
   // The errors of make() without the work that only evaluation needs.

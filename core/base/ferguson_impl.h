@@ -65,6 +65,9 @@ bool contract_inside(const FergusonPatch& patch, const PlanBox& plan, ParameterB
 // it.
 bool unfolded(const FergusonPatch& patch, bool turned);
 
+// A point near which two sides of a closed polygon cross; empty where none do.
+std::optional<Vec2> outline_crossing(std::span<const Vec2> outline);
+
 // The polynomial from which the patch's inversion starts.
 InversePatch fit_inverse(const FergusonPatch& patch);
 

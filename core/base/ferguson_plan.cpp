@@ -126,6 +126,33 @@ Contraction contract(const FergusonPatch& p, const PlanBox& plan, ParameterBox& 
 
 }  // namespace
 
+std::optional<Vec2> outline_crossing(std::span<const Vec2> outline) {
+  const std::size_t n = outline.size();
+  const auto end = [&](std::size_t k) -> const Vec2& { return outline[(k + 1) % n]; };
+  std::vector<std::size_t> order(n);
+  for (std::size_t k = 0; k < n; ++k) order[k] = k;
+  const auto left = [&](std::size_t k) { return std::min(outline[k].x(), end(k).x()); };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return left(a) != left(b) ? left(a) < left(b) : a < b;
+  });
+  const auto side = [](const Vec2& a, const Vec2& b, const Vec2& c) {
+    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+  };
+  // Sweep along x: only segments that overlap there can cross.
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t a = order[i];
+    const Vec2 &p = outline[a], &q = end(a);
+    const double right = std::max(p.x(), q.x());
+    for (std::size_t j = i + 1; j < n && left(order[j]) <= right; ++j) {
+      const std::size_t b = order[j];
+      if ((a + 1) % n == b || (b + 1) % n == a) continue;
+      const Vec2 &r = outline[b], &t = end(b);
+      if (side(p, q, r) * side(p, q, t) < 0 && side(r, t, p) * side(r, t, q) < 0) return p;
+    }
+  }
+  return std::nullopt;
+}
+
 bool unfolded(const FergusonPatch& patch, bool turned) {
   Net net = plan_jacobian(patch);
   double largest = 0;

@@ -269,6 +269,27 @@ TEST(FergusonMake, RefusesAFoldedGrid) {
   EXPECT_FALSE(FergusonSurface::make(collapsed));
 }
 
+// A strip wound more than once about the origin, its radius growing by `drift` a radian.
+FergusonBase wound_strip(double drift) {
+  FergusonBase base;
+  base.columns = 26;
+  base.rows = 3;
+  for (int j = 0; j < base.rows; ++j) {
+    for (int i = 0; i < base.columns; ++i) {
+      const double angle = 0.31 * i, radius = 8 - j + drift * angle;
+      base.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0.1 * i);
+    }
+  }
+  return base;
+}
+
+TEST(FergusonMake, RefusesAPlanThatOverlapsItself) {
+  EXPECT_TRUE(FergusonSurface::make(wound_strip(0.5)));  // 3.1 a turn, wider than the strip
+  const Result<FergusonSurface> made = FergusonSurface::make(wound_strip(0.1));
+  ASSERT_FALSE(made);
+  EXPECT_NE(made.error().message.find("overlaps"), std::string::npos) << made.error().message;
+}
+
 // A patch so bent that Newton's method from its middle can leave it: every point of it is found all
 // the same.
 TEST(FergusonMake, FindsEveryPointOfAStronglyBentPatch) {
