@@ -1,5 +1,5 @@
-// Interval arithmetic on Range: every result contains every result of its operands, rounding
-// included. SPDX-License-Identifier: Apache-2.0
+// Interval arithmetic on Range: results contain all results of the operands, rounding included.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

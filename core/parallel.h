@@ -12,9 +12,9 @@ int thread_count(int asked);
 
 // Calls work(begin, end, worker) for consecutive blocks of [0, count), each block once, on up to
 // `threads` threads (0 = all cores); worker is 0 .. threads - 1 and never in two calls at once.
-// Returns when all are done. Needs: block >= 1; blocks that write to places of their own only. An
-// exception of `work` (memory) is thrown again
-//        here, after the threads have ended.
+// Returns when all are done. An exception of `work` (memory) is thrown again here, after the
+// threads have ended.
+// Needs: block >= 1; blocks that write to places of their own only.
 void parallel_blocks(
     std::size_t count, std::size_t block, int threads,
     const std::function<void(std::size_t begin, std::size_t end, int worker)>& work);

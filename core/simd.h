@@ -1,7 +1,8 @@
-// Highway, with the instruction sets that are worth a copy of the code: SSE2, AVX2 and AVX-512 on
-// x86. Define HWY_TARGET_INCLUDE before. Nothing here or in its users may fuse a product and a sum
-// (no MulAdd): the same digits come out of every copy. SPDX-License-Identifier: Apache-2.0 No
-// include guard: it is included once for each instruction set.
+// Highway, with the instruction sets that are worth a copy of the code: SSE2, AVX2 and AVX-512.
+// SPDX-License-Identifier: Apache-2.0
+//
+// Define HWY_TARGET_INCLUDE before; no include guard, it is included once an instruction set.
+// Users fuse no product with a sum (no MulAdd): every copy gives the same digits.
 
 #ifndef HWY_DISABLED_TARGETS
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)

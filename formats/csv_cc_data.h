@@ -20,7 +20,8 @@ struct CcPoint {
 // Header x,y,z,nx,ny,nz,surface,row,face; one line a point, the grid's in row-major order. Numbers
 // in the shortest form that reads back the same double; a point without a surface has empty fields
 // after y. surface: 0 the base, k the k-th solid of the program; row: of the Boolean table, from 0;
-// face: 0 on the base. Errors: those of the sink.
+// face: 0 on the base.
+// Errors: those of the sink.
 Status write_cc_csv(const CompoundSurface& surface, const GridArray& grid, ByteSink& sink);
 Status write_cc_csv(std::span<const CcPoint> points, ByteSink& sink);
 

@@ -1,5 +1,5 @@
-// A bicubic polynomial over the unit square: one coordinate of a Ferguson patch, with certain
-// bounds. SPDX-License-Identifier: Apache-2.0
+// A bicubic polynomial over the unit square, one coordinate of a patch, with certain bounds.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

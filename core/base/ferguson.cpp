@@ -1,6 +1,7 @@
 // Ferguson composite surface: the patches and the inversion of the plan map.
 // Source: Choi et al. 1988, steps (b) and (f); Scherrer and Hillberry, CAD 10(5), 1978, for the way
-// from patch to patch. SPDX-License-Identifier: Apache-2.0
+// from patch to patch.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/base/ferguson.h"
 
 #include <algorithm>

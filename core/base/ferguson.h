@@ -1,5 +1,5 @@
-// A Ferguson composite surface as a base: bicubic patches over a grid of points, met by vertical
-// lines. SPDX-License-Identifier: Apache-2.0
+// A Ferguson composite surface as a base: bicubic patches over points, met by vertical lines.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -63,17 +63,17 @@ struct AffinePlan {
 };
 
 // Tangents along rows and columns are those of the C2 cubic spline with natural ends, one unit of
-// parameter a span; twists are zero. The plan image is closed: points on its border, to 1e-12 of
-// the largest coordinate, lie on it. Immutable after make(); every const function may be called
-// from several threads. Source: Choi et al. 1988, steps (b) and (f); patch to patch as Scherrer and
-// Hillberry, CAD 10(5), 1978.
+// parameter a span; twists are zero. The plan is closed: its border, to 1e-12 of the largest
+// coordinate, is part of it. Immutable after make(); every const function may be called from
+// several threads.
+// Source: Choi et al. 1988, steps (b), (f); Scherrer and Hillberry, CAD 10(5), 1978.
 class FergusonSurface {
  public:
   // Needs: columns, rows >= 2 and columns * rows points, finite.
-  // Errors: kInput where the grid is folded, collapsed or overlaps itself in plan. Every patch's
-  // plan
-  //         Jacobian is shown to keep one sign by its Bernstein coefficients, subdivided; what
-  //         cannot be shown is refused. The outline is tested for crossings eight times a span.
+  // Errors: kInput where the grid is folded, collapsed or overlaps itself in plan. The Bernstein
+  //         coefficients of every patch's plan Jacobian, subdivided, must show one sign; what they
+  //         cannot show is refused. The outline, sampled eight times a span, must not cross
+  //         itself.
   static Result<FergusonSurface> make(const FergusonBase& base);
 
   // The errors of make() without the work that only evaluation needs.
@@ -116,9 +116,6 @@ class FergusonSurface {
   [[nodiscard]] const std::optional<AffinePlan>& affine() const { return affine_; }
 
  private:
-  friend class FergusonRow;  // core/base/ferguson_row.cpp: the same inversion, several points at a
-                             // time
-
   [[nodiscard]] int patch_columns() const { return columns_ - 1; }
   [[nodiscard]] const FergusonPatch& patch(int i, int j) const {
     return patches_[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns_ - 1) +

@@ -1,7 +1,8 @@
 // The arithmetic of a Ferguson patch, written once for one point and for several at a time: T is
 // double or a vector, `lift` turns a double into a T. Both do the same operations in the same
-// order, so that both give the same digits. Included inside a namespace, once for each instruction
-// set: no include guard. DIESINK_INLINE says how to inline. SPDX-License-Identifier: Apache-2.0
+// order, so that both give the same digits. Included inside a namespace, once an instruction set,
+// without an include guard. DIESINK_INLINE says how to inline.
+// SPDX-License-Identifier: Apache-2.0
 
 // A bicubic at one t: cubics in s of the value (r) and of the derivative by t (d).
 template <class T>

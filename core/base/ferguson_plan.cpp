@@ -1,6 +1,7 @@
 // The plan map of a Ferguson patch: proof that it is not folded, its preimages and a polynomial
 // near its inverse. The contraction of preimage() is the interval Newton operator in Krawczyk's
-// form, preconditioned at the middle. SPDX-License-Identifier: Apache-2.0
+// form, preconditioned at the middle.
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
 #include "core/base/ferguson_impl.h"

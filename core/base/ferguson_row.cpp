@@ -1,6 +1,7 @@
 // Ferguson surfaces along a row: patch by patch, several points at a time, by run-time dispatch to
 // the machine's vectors. The arithmetic is that of the point evaluation, operation by operation, so
-// the digits are the same. SPDX-License-Identifier: Apache-2.0
+// the digits are the same.
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <cstddef>
 #include <limits>

@@ -1,6 +1,7 @@
 // The Boolean expression along a row: every body only over the part of the row it can touch, the
-// normals once at the end, face by face. Source: Choi et al. 1988, equation (5), Table 1 and
-// overall procedure (f). SPDX-License-Identifier: Apache-2.0
+// normals once at the end, face by face.
+// Source: Choi et al. 1988, equation (5), Table 1 and overall procedure (f).
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 #include <limits>

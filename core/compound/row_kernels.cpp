@@ -1,6 +1,7 @@
 // BodyLine::meet() and the Boolean rules, several points at a time. The operations and their order
 // are those of core/compound/body_line.cpp and compound_surface.cpp; tests/core/row_test.cpp
-// compares the digits. SPDX-License-Identifier: Apache-2.0
+// compares the digits.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/compound/row_kernels.h"
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // The inner loops of row evaluation, several points at a time, by run-time dispatch to the
-// machine's vectors. SPDX-License-Identifier: Apache-2.0
+// machine's vectors.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

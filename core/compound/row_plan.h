@@ -1,5 +1,6 @@
 // A convex body made ready for one row: the constants of BodyLine::meet() at one y, and the part of
-// the row it can touch. SPDX-License-Identifier: Apache-2.0
+// the row it can touch.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Edge detection on the grid array (paper, Fig. 8): where neighbouring points lie on different
-// faces. SPDX-License-Identifier: Apache-2.0
+// Edge detection on the grid array (paper, Fig. 8): where neighbours lie on different faces.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

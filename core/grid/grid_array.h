@@ -14,8 +14,8 @@
 namespace diesink {
 
 // Lines at low, low + interval, ..., and always high; the last interval may be shorter.
-// Needs: low < high, interval > 0, and a count that fits memory (the part program's reader sees to
-// it).
+// Needs: low < high, interval > 0, and a count that fits memory, which the part program's reader
+//        sees to.
 std::vector<double> grid_lines(double low, double high, double interval);
 
 // CC-data over all crossings of x lines and y lines, structure of arrays: 36 bytes a point.
@@ -54,8 +54,8 @@ class GridArray {
 };
 
 // Evaluates the surface over all crossings, in parallel by blocks of rows; threads = 0 means all
-// cores. The same bytes for any number of threads. Errors: kLimit for more points than
-// kMaxGridPoints or than memory holds.
+// cores. The same bytes for any number of threads.
+// Errors: kLimit for more points than kMaxGridPoints or than memory holds.
 inline constexpr std::size_t kMaxGridPoints = 100'000'000;
 Result<GridArray> evaluate_grid(const CompoundSurface& surface, std::vector<double> x_lines,
                                 std::vector<double> y_lines, int threads);

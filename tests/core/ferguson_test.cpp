@@ -1,5 +1,6 @@
 // Ferguson composite surfaces against a plain implementation of the textbook forms, and the
-// promises of the headers. SPDX-License-Identifier: Apache-2.0
+// promises of the headers.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/base/ferguson.h"
 
 #include <gtest/gtest.h>

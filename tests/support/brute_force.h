@@ -1,7 +1,8 @@
 // The compound surface by main force, for comparison: a body is where all its inequalities hold,
 // its ends on a vertical line are found by bisection in long double, a Ferguson base by the
 // textbook form. Slow and plain on purpose; nothing of the evaluator is used but the part program
-// it reads. SPDX-License-Identifier: Apache-2.0
+// it reads.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
