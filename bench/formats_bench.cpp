@@ -1,0 +1,177 @@
+// Readers and writers of mesh formats, bytes a second, against other programs' on the same file in
+// the same run. SPDX-License-Identifier: Apache-2.0
+#include <benchmark/benchmark.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "formats/mesh_file.h"
+#include "formats/registry.h"
+
+#ifdef DIESINK_BENCH_OPENMESH
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#endif
+#ifdef DIESINK_BENCH_TINYOBJ
+#include <tiny_obj_loader.h>
+#endif
+
+namespace {
+
+using namespace diesink;
+
+// A waved sheet of 2 · n · n triangles in ten elements, with normals, in coordinates of many
+// digits.
+const TriangleMesh& sheet() {
+  static const TriangleMesh mesh = [] {
+    constexpr std::uint32_t kCells = 700;
+    TriangleMesh made;
+    made.unit = LengthUnit::kMillimetre;
+    for (std::uint32_t j = 0; j <= kCells; ++j) {
+      for (std::uint32_t i = 0; i <= kCells; ++i) {
+        const double x = 160.0 * i / kCells, y = 120.0 * j / kCells;
+        made.positions.emplace_back(x, y, 10 * std::sin(x / 13) * std::cos(y / 17));
+        made.normals.push_back(Vec3(-10.0 / 13 * std::cos(x / 13) * std::cos(y / 17),
+                                    10.0 / 17 * std::sin(x / 13) * std::sin(y / 17), 1)
+                                   .normalized());
+      }
+    }
+    for (std::uint32_t j = 0; j < kCells; ++j) {
+      for (std::uint32_t i = 0; i < kCells; ++i) {
+        const std::uint32_t a = j * (kCells + 1) + i, b = a + 1, c = b + kCells + 1, d = c - 1;
+        made.triangles.push_back({a, b, c});
+        made.triangles.push_back({a, c, d});
+        made.triangle_element.insert(made.triangle_element.end(), 2, j * 10 / kCells);
+      }
+    }
+    made.corner_normals = made.triangles;
+    for (int e = 0; e < 10; ++e)
+      made.elements.push_back({"S" + std::to_string(e) + ".side", "S" + std::to_string(e), {}});
+    return made;
+  }();
+  return mesh;
+}
+
+WriteOptions options_for(bool ascii, bool normals) {
+  WriteOptions options;
+  options.program_comment = "diesink bench";
+  options.ascii = ascii;
+  options.normals = normals;
+  return options;
+}
+
+// A file in memory, so that no disk is measured.
+std::string scratch(const Format& format) {
+  const char* const folder = ::access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp";
+  return std::string(folder) + "/diesink-bench-" + std::to_string(::getpid()) +
+         std::string(format.extensions[0]);
+}
+
+void write_file_of(benchmark::State& state, const Format& format, bool ascii, bool normals) {
+  const std::string path = scratch(format);
+  std::size_t size = 0;
+  for (auto round : state) {
+    OutputFiles files;
+    if (!write_mesh_file(path, sheet(), options_for(ascii, normals), files) || !files.commit()) {
+      state.SkipWithError("cannot write");
+      return;
+    }
+  }
+  if (const Result<InputBytes> written = read_file(path)) size = written->bytes().size();
+  ::unlink(path.c_str());
+  ::unlink((path.substr(0, path.rfind('.')) + ".mtl").c_str());
+  state.SetBytesProcessed(static_cast<std::int64_t>(size) * state.iterations());
+}
+
+std::vector<std::byte> content(const Format& format, bool ascii, bool normals) {
+  Result<WrittenMesh> written = format.write(sheet(), options_for(ascii, normals));
+  return written ? std::move(written->files[0].bytes) : std::vector<std::byte>{};
+}
+
+void read_bytes_of(benchmark::State& state, const Format& format, bool ascii, bool normals,
+                   int threads) {
+  const std::vector<std::byte> bytes = content(format, ascii, normals);
+  ReadOptions options;
+  options.threads = threads;
+  for (auto round : state) {
+    Diagnostics diagnostics;
+    const Result<TriangleMesh> mesh = format.read(bytes, options, diagnostics);
+    if (!mesh || mesh->triangles.size() != sheet().triangles.size()) {
+      state.SkipWithError("cannot read");
+      return;
+    }
+    benchmark::DoNotOptimize(mesh->positions.data());
+  }
+  state.SetBytesProcessed(static_cast<std::int64_t>(bytes.size()) * state.iterations());
+}
+
+#ifdef DIESINK_BENCH_OPENMESH
+void openmesh_read(benchmark::State& state, const Format& format, bool ascii) {
+  const std::vector<std::byte> bytes = content(format, ascii, false);
+  const std::string path = scratch(format);
+  std::ofstream(path, std::ios::binary)
+      .write(static_cast<const char*>(static_cast<const void*>(bytes.data())),
+             static_cast<std::streamsize>(bytes.size()));
+  for (auto round : state) {
+    OpenMesh::TriMesh_ArrayKernelT<> mesh;
+    OpenMesh::IO::Options options;
+    if (!OpenMesh::IO::read_mesh(mesh, path, options)) {
+      state.SkipWithError("OpenMesh cannot read");
+      break;
+    }
+  }
+  ::unlink(path.c_str());
+  state.SetBytesProcessed(static_cast<std::int64_t>(bytes.size()) * state.iterations());
+}
+#endif
+
+#ifdef DIESINK_BENCH_TINYOBJ
+void tinyobj_read(benchmark::State& state) {
+  const std::vector<std::byte> bytes = content(kObj, false, false);
+  const std::string path = scratch(kObj);
+  std::ofstream(path, std::ios::binary)
+      .write(static_cast<const char*>(static_cast<const void*>(bytes.data())),
+             static_cast<std::streamsize>(bytes.size()));
+  for (auto round : state) {
+    tinyobj::attrib_t attributes;
+    std::vector<tinyobj::shape_t> shapes;
+    std::vector<tinyobj::material_t> materials;
+    std::string warnings, errors;
+    if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warnings, &errors, path.c_str())) {
+      state.SkipWithError("tinyobjloader cannot read");
+      break;
+    }
+  }
+  ::unlink(path.c_str());
+  state.SetBytesProcessed(static_cast<std::int64_t>(bytes.size()) * state.iterations());
+}
+#endif
+
+BENCHMARK_CAPTURE(write_file_of, stl_binary, kStl, false, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(write_file_of, stl_ascii, kStl, true, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(write_file_of, ply_binary, kPly, false, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(write_file_of, obj, kObj, false, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(write_file_of, off, kOff, false, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(write_file_of, glb, kGlb, false, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, stl_binary_weld, kStl, false, false, 1)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, stl_ascii_weld, kStl, true, false, 1)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, ply_binary, kPly, false, true, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, obj, kObj, false, false, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, obj_all_cores, kObj, false, false, 0)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(read_bytes_of, off, kOff, false, false, 1)->Unit(benchmark::kMillisecond);
+#ifdef DIESINK_BENCH_OPENMESH
+BENCHMARK_CAPTURE(openmesh_read, stl_binary, kStl, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(openmesh_read, stl_ascii, kStl, true)->Unit(benchmark::kMillisecond);
+#endif
+#ifdef DIESINK_BENCH_TINYOBJ
+BENCHMARK(tinyobj_read)->Unit(benchmark::kMillisecond);
+#endif
+
+}  // namespace
