@@ -7,8 +7,8 @@
 namespace diesink {
 
 std::span<const Command* const> all_commands() {
-  static constexpr std::array kCommands{&kCcCommand, &kConvertCommand, &kInfoCommand,
-                                        &kFormatsCommand};
+  static constexpr std::array kCommands{&kExportCommand, &kCcCommand, &kConvertCommand,
+                                        &kInfoCommand, &kFormatsCommand};
   return kCommands;
 }
 

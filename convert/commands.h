@@ -8,6 +8,7 @@ namespace diesink {
 
 extern const Command kCcCommand;
 extern const Command kConvertCommand;
+extern const Command kExportCommand;
 extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
 

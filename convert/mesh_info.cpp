@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "convert/point_text.h"
 #include "formats/json_writer.h"
 #include "formats/text_number.h"
 
@@ -20,10 +21,6 @@ std::string_view name_of(UpAxis up) {
       break;
   }
   return "unknown";
-}
-
-std::string point_text(const Vec3& point) {
-  return to_text(point.x()) + ", " + to_text(point.y()) + ", " + to_text(point.z());
 }
 
 std::string names_text(const TriangleMesh& mesh) {
@@ -78,7 +75,7 @@ std::string mesh_info_json(const MeshFile& file, const MeshTopology& topology,
       .field("volume", topology.volume);
   json.key("bounds").begin_array();
   for (const Vec3& corner : topology.bounds) {
-    json.begin_array().value(corner.x()).value(corner.y()).value(corner.z()).end_array();
+    write_point(json, corner);
   }
   json.end_array()
       .field("units", diesink::name_of(file.mesh.unit))

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "convert/point_text.h"
 #include "convert/text_table.h"
 #include "formats/json_writer.h"
 #include "formats/text_number.h"
@@ -25,10 +26,6 @@ std::string_view base_type(const PartProgram& program) {
 std::string_view type_of(const PartProgram& program, int surface) {
   return surface == 0 ? base_type(program)
                       : program.solids[static_cast<std::size_t>(surface - 1)].type;
-}
-
-std::string point_text(const Vec3& point) {
-  return to_text(point.x()) + ", " + to_text(point.y()) + ", " + to_text(point.z());
 }
 
 std::string base_text(const PartProgram& program) {
@@ -81,10 +78,6 @@ std::string boolean_table(const PartProgram& program) {
                     step.sign == Sign::kPlus ? "+" : "-"});
   }
   return to_table(rows);
-}
-
-void write_point(JsonWriter& json, const Vec3& point) {
-  json.begin_array().value(point.x()).value(point.y()).value(point.z()).end_array();
 }
 
 void write_base(JsonWriter& json, const PartProgram& program) {

@@ -1,0 +1,18 @@
+// Points in reports.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "core/vec.h"
+#include "formats/json_writer.h"
+
+namespace diesink {
+
+// "1, 2.5, -3", in the shortest form that reads back the same.
+std::string point_text(const Vec3& point);
+
+// [1,2.5,-3]
+void write_point(JsonWriter& json, const Vec3& point);
+
+}  // namespace diesink
