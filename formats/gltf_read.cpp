@@ -10,9 +10,8 @@
 #include <new>
 #include <set>
 
-#include "formats/draco_mesh.h"
-#include "formats/gltf_accessor.h"
 #include "formats/gltf_color.h"
+#include "formats/gltf_primitive.h"
 #include "formats/gltf_scene.h"
 #include "formats/gltf_weld.h"
 
@@ -24,24 +23,6 @@ namespace tg = diesink_tinygltf;
 constexpr std::size_t kItemsOfAny = 500'000;  // vertices or triangles a file of any size may hold
 constexpr std::size_t kItemsPerByte = 4;
 constexpr std::size_t kItemsPerPackedByte = 64;
-enum Mode {
-  kPoints,
-  kLineList,
-  kLineLoop,
-  kLineStrip,
-  kTriangleList,
-  kTriangleStrip,
-  kTriangleFan
-};
-
-// A primitive's arrays, before they are placed in the scene.
-struct Arrays {
-  std::vector<Vec3> positions;
-  std::vector<Vec3> normals;                        // empty or one a vertex
-  std::vector<std::array<std::uint8_t, 4>> colors;  // empty or one a vertex
-  std::vector<std::uint32_t> indices;
-};
-
 // The placing of an instance: points, normals, and whether it mirrors.
 struct Placing {
   bool identity = true;
@@ -64,8 +45,13 @@ struct Placing {
   }
 
   [[nodiscard]] Vec3 point(const Vec3& p) const { return identity ? p : Vec3(linear * p + move); }
+  // Unit length; what is so to a thousandth stays as the file has it. Not finite where there is no
+  // direction.
   [[nodiscard]] Vec3 normal(const Vec3& n) const {
-    return identity ? n : Vec3((for_normals * n).normalized());
+    const bool kept = identity && std::abs(n.squaredNorm() - 1) < 2e-3;
+    if (kept) return n;
+    const Vec3 turned = identity ? n : Vec3(for_normals * n);
+    return turned / turned.norm();
   }
 };
 
@@ -76,7 +62,7 @@ class Reader {
       : model_(model),
         options_(options),
         diagnostics_(diagnostics),
-        accessors_(model),
+        primitives_(model, warnings_),
         weld_(mesh_, options.weld) {
     std::size_t bytes = file_bytes;
     for (const GltfBuffer& buffer : model.buffers) bytes += buffer.owned.size();
@@ -94,8 +80,7 @@ class Reader {
   [[nodiscard]] const GltfPrimitiveExtras& extras(const GltfInstance& at, std::size_t p) const {
     return model_.primitives[static_cast<std::size_t>(at.mesh)][p];
   }
-  void warn(const std::string& text) { ++warnings_[text]; }
-  void tell_warnings();
+  void warn(const std::string& text) { warnings_.add(text); }
   Error wrong(const std::string& what) const {
     return Error{ErrorCode::kInput, place_ + what, Place{options_.file_name}};
   }
@@ -106,41 +91,28 @@ class Reader {
   void check_extent();
   std::uint32_t element_for(const GltfScene& scene, const GltfInstance& at, std::size_t p);
   std::string fresh_name(std::string name);
-  Result<Arrays> arrays(const GltfInstance& at, std::size_t p);
-  Status decompress(const tg::Primitive& primitive, const GltfDraco& draco,
-                    std::map<std::string, std::vector<std::byte>>& attributes, Indices& indices);
-  Status set_attributes(const tg::Primitive& primitive,
-                        std::map<std::string, std::vector<std::byte>>& decoded, Arrays& out);
-  void check_bounds(const tg::Accessor& accessor, bool packed, const std::vector<Vec3>& positions);
-  Status check_indices(const Arrays& arrays) const;
   Status add_primitive(const GltfScene& scene, const GltfInstance& at, std::size_t p);
-  Result<Indices> place_vertices(const Arrays& arrays, const Placing& placing, const Vec3& offset);
-  void add_triangles(const Arrays& arrays, const Placing& placing, const Indices& vertex, int mode,
-                     std::uint32_t element);
-  void add_lines(const Arrays& arrays, const Indices& vertex, int mode,
+  Result<Indices> place_vertices(const GltfArrays& arrays, const Placing& placing,
+                                 const Vec3& offset);
+  void add_triangles(const GltfArrays& arrays, const Placing& placing, const Indices& vertex,
+                     int mode, std::uint32_t element);
+  void add_lines(const GltfArrays& arrays, const Indices& vertex, int mode,
                  const std::vector<GltfCurve>& curves);
   void add_segments(const Indices& points);
 
   const GltfModel& model_;
   const ReadOptions& options_;
   Diagnostics& diagnostics_;
-  GltfAccessors accessors_;
+  GltfWarnings warnings_;
+  GltfPrimitives primitives_;
   TriangleMesh mesh_;
   GltfWeld weld_;
   std::size_t most_items_ = 0;
   bool any_normals_ = false;
   std::vector<int> element_of_material_;      // of our own materials, else -1
   std::map<std::string, std::size_t> names_;  // and the last number given behind each
-  std::map<std::string, std::size_t> warnings_;
-  std::string place_;  // "meshes[0].primitives[2] ", for messages
+  std::string place_;                         // "meshes[0].primitives[2] ", for messages
 };
-
-void Reader::tell_warnings() {
-  for (const auto& [text, count] : warnings_) {
-    diagnostics_.warning(count > 1 ? std::to_string(count) + " times: " + text : text,
-                         Place{options_.file_name});
-  }
-}
 
 // Of all views that hold compressed geometry, each counted once.
 std::size_t Reader::packed_bytes() const {
@@ -282,161 +254,7 @@ std::uint32_t Reader::element_for(const GltfScene& scene, const GltfInstance& at
   return static_cast<std::uint32_t>(mesh_.elements.size() - 1);
 }
 
-Status Reader::decompress(const tg::Primitive& primitive, const GltfDraco& draco,
-                          std::map<std::string, std::vector<std::byte>>& attributes,
-                          Indices& indices) {
-  if (primitive.mode != kTriangleList || primitive.indices < 0) {
-    return wrong("is compressed with Draco but is no indexed list of triangles");
-  }
-  const tg::Accessor& index = model_.file.accessors[static_cast<std::size_t>(primitive.indices)];
-  if (index.componentType == 5126) return wrong("has floats as indices");
-  const auto bytes = accessors_.view(draco.view);
-  if (!bytes) return bytes.error();
-  DracoLimits limits;
-  limits.triangles = index.count / 3;
-  limits.vertices = 3 * limits.triangles;
-  if (index.componentType == 5121) warn("indices of a Draco primitive declared as bytes");
-  std::vector<DracoRequest> requests;
-  std::vector<std::string> names;
-  for (const auto& [name, id] : draco.attributes) {
-    const auto used = primitive.attributes.find(name);
-    if (used == primitive.attributes.end()) {
-      return wrong("has a Draco attribute " + name.substr(0, 40) + " that it does not list");
-    }
-    if (name != "POSITION" && name != "NORMAL" && name != "COLOR_0") continue;
-    const tg::Accessor& accessor = model_.file.accessors[static_cast<std::size_t>(used->second)];
-    requests.push_back({id, accessor.componentType,
-                        tg::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type))});
-    names.push_back(name);
-  }
-  auto decoded = decode_draco(*bytes, limits, requests);
-  if (!decoded) {
-    return Error{decoded.error().code, place_ + decoded.error().message, Place{options_.file_name}};
-  }
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::size_t count =
-        model_.file.accessors[static_cast<std::size_t>(primitive.attributes.at(names[i]))].count;
-    if (decoded->vertex_count != count) {
-      warn("a Draco primitive with another number of vertices than its accessors say");
-    }
-    attributes[names[i]] = std::move(decoded->attributes[i]);
-  }
-  indices.reserve(3 * decoded->triangles.size());
-  for (const auto& triangle : decoded->triangles) {
-    indices.insert(indices.end(), triangle.begin(), triangle.end());
-  }
-  return ok();
-}
-
-// Warns where the file's bounds are not those of the values. Draco moves values by a step of its
-// grid.
-void Reader::check_bounds(const tg::Accessor& accessor, bool packed,
-                          const std::vector<Vec3>& positions) {
-  if (accessor.minValues.size() != 3 || accessor.maxValues.size() != 3) {
-    warn("positions without their bounds");
-    return;
-  }
-  if (accessor.componentType != 5126) return;  // bounds are in stored units
-  Vec3 low = positions[0], high = positions[0];
-  for (const Vec3& p : positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const double slack = packed ? 0.02 * (high - low).maxCoeff() : 0;
-  const auto differs = [slack](double told, double found) {
-    return !(std::abs(static_cast<double>(static_cast<float>(told)) - found) <= slack);
-  };
-  for (int k = 0; k < 3; ++k) {
-    const std::size_t i = static_cast<std::size_t>(k);
-    if (differs(accessor.minValues[i], low[k]) || differs(accessor.maxValues[i], high[k])) {
-      warn("positions whose bounds in the file are not those of their values");
-      return;
-    }
-  }
-}
-
-Status Reader::set_attributes(const tg::Primitive& primitive,
-                              std::map<std::string, std::vector<std::byte>>& decoded, Arrays& out) {
-  for (const auto& [name, number] : primitive.attributes) {
-    const bool position = name == "POSITION", normal = name == "NORMAL", color = name == "COLOR_0";
-    if (!position && !normal && !color) {
-      if (!name.starts_with('_')) warn("an attribute that is not kept: " + name.substr(0, 40));
-      continue;
-    }
-    const tg::Accessor& accessor = model_.file.accessors[static_cast<std::size_t>(number)];
-    const bool vector =
-        accessor.type == TINYGLTF_TYPE_VEC3 || (color && accessor.type == TINYGLTF_TYPE_VEC4);
-    const bool type = accessor.componentType != 5125 &&
-                      (accessor.componentType == 5126 || position || accessor.normalized);
-    if (!vector || !type) return wrong("has a " + name + " of a type that it cannot be");
-    const auto found = decoded.find(name);
-    const bool packed = found != decoded.end();
-    auto values =
-        accessors_.values(number, packed ? std::move(found->second) : std::vector<std::byte>());
-    if (!values) return values.error();
-    if (position) {
-      out.positions = to_vectors(*values);
-      for (std::size_t i = 0; i < out.positions.size(); ++i) {
-        if (!out.positions[i].allFinite()) {
-          return wrong("has a position that is not finite, number " + std::to_string(i));
-        }
-      }
-      if (out.positions.empty()) return wrong("has no positions");
-      check_bounds(accessor, packed, out.positions);
-    } else if (normal) {
-      out.normals = to_vectors(*values);
-    } else {
-      const auto colors = to_colors(*values);
-      out.colors.resize(colors.size());
-      std::transform(colors.begin(), colors.end(), out.colors.begin(), srgb_of);
-    }
-  }
-  // The map is in the order of names: colours and normals come before positions.
-  if ((!out.normals.empty() && out.normals.size() != out.positions.size()) ||
-      (!out.colors.empty() && out.colors.size() != out.positions.size())) {
-    return wrong("has attributes of different lengths");
-  }
-  return ok();
-}
-
-Status Reader::check_indices(const Arrays& arrays) const {
-  const std::size_t count = arrays.positions.size();
-  for (std::size_t i = 0; i < arrays.indices.size(); ++i) {
-    if (arrays.indices[i] >= count) {
-      return wrong("has index " + std::to_string(arrays.indices[i]) + " at place " +
-                   std::to_string(i) + ", expected less than its " + std::to_string(count) +
-                   " vertices");
-    }
-  }
-  return ok();
-}
-
-Result<Arrays> Reader::arrays(const GltfInstance& at, std::size_t p) {
-  const tg::Primitive& primitive = file_primitive(at, p);
-  Arrays out;
-  std::map<std::string, std::vector<std::byte>> decoded;
-  const std::optional<GltfDraco>& draco = extras(at, p).draco;
-  if (draco) {
-    if (Status s = decompress(primitive, *draco, decoded, out.indices); !s) return s.error();
-  }
-  if (Status s = set_attributes(primitive, decoded, out); !s) return s.error();
-  if (!draco && primitive.indices >= 0) {
-    const auto values = accessors_.values(primitive.indices);
-    if (!values) return values.error();
-    auto indices = to_indices(*values);
-    if (!indices) return wrong(indices.error().message);
-    out.indices = std::move(*indices);
-  } else if (!draco) {
-    out.indices.resize(out.positions.size());
-    for (std::size_t i = 0; i < out.indices.size(); ++i) {
-      out.indices[i] = static_cast<std::uint32_t>(i);
-    }
-  }
-  if (Status s = check_indices(out); !s) return s.error();
-  return out;
-}
-
-Result<Reader::Indices> Reader::place_vertices(const Arrays& arrays, const Placing& placing,
+Result<Reader::Indices> Reader::place_vertices(const GltfArrays& arrays, const Placing& placing,
                                                const Vec3& offset) {
   Indices vertex(arrays.positions.size());
   for (std::size_t i = 0; i < vertex.size(); ++i) {
@@ -452,7 +270,7 @@ Result<Reader::Indices> Reader::place_vertices(const Arrays& arrays, const Placi
   return vertex;
 }
 
-void Reader::add_triangles(const Arrays& arrays, const Placing& placing, const Indices& vertex,
+void Reader::add_triangles(const GltfArrays& arrays, const Placing& placing, const Indices& vertex,
                            int mode, std::uint32_t element) {
   const Indices& indices = arrays.indices;
   const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
@@ -478,7 +296,10 @@ void Reader::add_triangles(const Arrays& arrays, const Placing& placing, const I
     }
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3 n = arrays.normals.empty() ? flat : placing.normal(arrays.normals[corner[k]]);
-      if (!n.allFinite()) n = Vec3::UnitZ();
+      if (!n.allFinite()) {
+        warn("a normal without a direction is read as 0 0 1");
+        n = Vec3::UnitZ();
+      }
       normals[k] = weld_.normal(triangle[k], n);
     }
     mesh_.corner_normals.push_back(normals);
@@ -520,7 +341,7 @@ void Reader::add_segments(const Indices& points) {
   finish();
 }
 
-void Reader::add_lines(const Arrays& arrays, const Indices& vertex, int mode,
+void Reader::add_lines(const GltfArrays& arrays, const Indices& vertex, int mode,
                        const std::vector<GltfCurve>& curves) {
   Indices points(arrays.indices.size());
   std::transform(arrays.indices.begin(), arrays.indices.end(), points.begin(),
@@ -569,7 +390,7 @@ Status Reader::add_primitive(const GltfScene& scene, const GltfInstance& at, std
     warn("a primitive of points is left out");
     return ok();
   }
-  auto loaded = arrays(at, p);
+  const auto loaded = primitives_.read(at.mesh, p);
   if (!loaded) return loaded.error();
   const Placing placing(at.matrix);
   if (placing.flat) warn("a node whose matrix makes its mesh flat");
@@ -617,7 +438,7 @@ Result<TriangleMesh> Reader::run() {
   if (!mesh_.vertex_colors.empty()) {
     mesh_.vertex_colors.resize(mesh_.positions.size(), {255, 255, 255, 255});
   }
-  tell_warnings();
+  warnings_.tell(options_.file_name, diagnostics_);
   return std::move(mesh_);
 }
 

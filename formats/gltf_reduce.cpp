@@ -8,6 +8,7 @@
 #include <set>
 
 #include "formats/gltf_checker.h"
+#include "formats/gltf_extras.h"
 
 namespace diesink {
 namespace {
@@ -32,21 +33,6 @@ bool only_appearance(std::string_view name) {
 bool is_read(std::string_view name) {
   return name == "KHR_draco_mesh_compression" || name == "KHR_mesh_quantization" ||
          name == "EXT_meshopt_compression";
-}
-
-LengthUnit unit_named(const std::string& name) {
-  for (const LengthUnit unit :
-       {LengthUnit::kMillimetre, LengthUnit::kCentimetre, LengthUnit::kMetre, LengthUnit::kInch}) {
-    if (name == name_of(unit)) return unit;
-  }
-  return LengthUnit::kUnknown;
-}
-
-CurveKind curve_kind(const std::string& name) {
-  if (name == "crease") return CurveKind::kCrease;
-  if (name == "edge") return CurveKind::kEdge;
-  if (name == "jump") return CurveKind::kJump;
-  return CurveKind::kOther;
 }
 
 class Reducer {
@@ -80,25 +66,6 @@ class Reducer {
   void node(const Json& from, Json& to);
   void scene(const Json& from, Json& to);
   void copy_indices(const Json& from, Json& to, const char* key, std::size_t count);
-
-  // Our own extras of an object, or null. They are read leniently: other programs may have changed
-  // them.
-  static const Json* ours(const Json& from) {
-    const Json* const extras = JsonChecker::find(from, "extras");
-    if (extras == nullptr || !extras->is_object()) return nullptr;
-    const Json* const mine = JsonChecker::find(*extras, "diesink");
-    return mine != nullptr && mine->is_object() ? mine : nullptr;
-  }
-  static std::string text_of(const Json& object, const char* key) {
-    const Json* const found = JsonChecker::find(object, key);
-    return found != nullptr && found->is_string() ? found->get<std::string>() : std::string();
-  }
-  static bool true_in(const Json& object, const char* key) {
-    const Json* const found = JsonChecker::find(object, key);
-    return found != nullptr && found->is_boolean() && found->get<bool>();
-  }
-  static std::vector<GltfCurve> curves_of(const Json& mine);
-  static RootFrame frame_in(const Json& mine);
 
   const Json& in_;
   std::string file_;
@@ -340,39 +307,12 @@ void Reducer::material(const Json& from, Json& to) {
       to["pbrMetallicRoughness"] = {{"baseColorFactor", factor}};
     }
   }
-  if (const Json* const mine = ours(from); mine != nullptr) {
+  if (const Json* const mine = our_extras(from); mine != nullptr) {
     extras.ours = true;
-    extras.palette = true_in(*mine, "palette");
-    extras.solid = text_of(*mine, "solid");
+    extras.palette = extras_true(*mine, "palette");
+    extras.solid = extras_text(*mine, "solid");
   }
   reduced_.model.materials.push_back(std::move(extras));
-}
-
-std::vector<GltfCurve> Reducer::curves_of(const Json& mine) {
-  std::vector<GltfCurve> curves;
-  const Json* const list = JsonChecker::find(mine, "curves");
-  if (list == nullptr || !list->is_array()) return curves;
-  for (const Json& from : *list) {
-    GltfCurve curve;
-    const Json* const vertices = from.is_object() ? JsonChecker::find(from, "vertices") : nullptr;
-    // Without a sensible count the segments cannot be given to their curves.
-    if (vertices == nullptr || !vertices->is_number_unsigned()) return {};
-    curve.vertices = vertices->get<std::size_t>();
-    curve.kind = curve_kind(text_of(from, "kind"));
-    curve.closed = true_in(from, "closed");
-    curve.name = text_of(from, "name");
-    if (const Json* const between = JsonChecker::find(from, "between");
-        between != nullptr && between->is_array() && between->size() == 2) {
-      for (std::size_t k = 0; k < 2; ++k) {
-        const Json& element = (*between)[k];
-        if (element.is_number_unsigned() && element.get<std::uint64_t>() < 0xFFFFFFFFu) {
-          curve.between[k] = element.get<std::uint32_t>();
-        }
-      }
-    }
-    curves.push_back(std::move(curve));
-  }
-  return curves;
 }
 
 void Reducer::primitive(const Json& from, Json& to, GltfPrimitiveExtras& extras) {
@@ -414,7 +354,8 @@ void Reducer::primitive(const Json& from, Json& to, GltfPrimitiveExtras& extras)
       }
     }
   }
-  if (const Json* const mine = ours(from); mine != nullptr) extras.curves = curves_of(*mine);
+  if (const Json* const mine = our_extras(from); mine != nullptr)
+    extras.curves = curves_of_extras(*mine);
 }
 
 void Reducer::mesh(const Json& from, Json& to) {
@@ -438,22 +379,6 @@ void Reducer::mesh(const Json& from, Json& to) {
   }
 }
 
-RootFrame Reducer::frame_in(const Json& mine) {
-  RootFrame frame;
-  frame.unit = unit_named(text_of(mine, "unit"));
-  const std::string up = text_of(mine, "up");
-  frame.up = up == "y" ? UpAxis::kY : up == "z" ? UpAxis::kZ : UpAxis::kUnknown;
-  const Json* const offset = JsonChecker::find(mine, "offset");
-  if (offset != nullptr && offset->is_array() && offset->size() == 3) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if ((*offset)[k].is_number()) {
-        frame.offset[static_cast<int>(k)] = (*offset)[k].get<double>();
-      }
-    }
-  }
-  return frame;
-}
-
 void Reducer::node(const Json& from, Json& to) {
   GltfNodeExtras extras;
   to["name"] = check_.text(from, "name");
@@ -475,9 +400,9 @@ void Reducer::node(const Json& from, Json& to) {
   skinned_ += from.contains("skin") ? 1 : 0;
   cameras_ += from.contains("camera") ? 1 : 0;
   weights_ += from.contains("weights") ? 1 : 0;
-  if (const Json* const mine = ours(from); mine != nullptr) {
-    extras.frame = frame_in(*mine);
-    extras.unnamed = true_in(*mine, "unnamed");
+  if (const Json* const mine = our_extras(from); mine != nullptr) {
+    extras.frame = frame_of_extras(*mine);
+    extras.unnamed = extras_true(*mine, "unnamed");
   }
   reduced_.model.nodes.push_back(extras);
 }
