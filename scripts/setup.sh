@@ -19,6 +19,7 @@ build=(
 )
 tests=(
   libgtest-dev         # unit tests
+  libassimp-dev        # second reader of STL, OBJ, PLY and OFF
   python3              # drives the program
   locales              # a locale with a decimal comma
 )
@@ -26,6 +27,8 @@ tests=(
 command -v npm >/dev/null || tests+=(nodejs npm)
 bench=(
   libbenchmark-dev     # Google Benchmark
+  libopenmesh-dev      # peer of the STL reader
+  libtinyobjloader-dev # peer of the OBJ reader
 )
 
 case "${1:-}" in
