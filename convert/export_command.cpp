@@ -26,7 +26,7 @@ struct Options {
   std::string stdout_format = "obj";
   std::optional<double> tolerance, floor;
   MeshScheme scheme = MeshScheme::kAdaptive;
-  bool solid = false, lines = false;
+  bool no_creases = false, solid = false, lines = false;
   MeshGroups groups = MeshGroups::kElement;
   std::array<int, 2> tiles{1, 1};
   std::string report_path;
@@ -67,6 +67,9 @@ Result<std::vector<MeshTarget>> targets_of(Options& options, const CommonOptions
   const bool to_stdout = std::count(options.outputs.begin(), options.outputs.end(), "-") > 0;
   if (to_stdout && common.json) return usage("-o - and --json both want stdout");
   if (to_stdout && options.tiles != std::array{1, 1}) return usage("--tiles needs files, not -o -");
+  if (options.no_creases && (options.scheme != MeshScheme::kGrid || options.solid)) {
+    return usage("--no-creases needs --mesh grid, and no --solid");
+  }
   return mesh_targets(options.outputs, options.stdout_format, options.mesh);
 }
 
@@ -138,6 +141,7 @@ class Exporter {
     progress_.next("tessellating");
     TessellationOptions how;
     how.scheme = options_.scheme;
+    how.creases = !options_.no_creases;
     how.tolerance =
         tolerance_ * (1 - share_for_files(targets_, options_.mesh, tolerance_, surface_.size()));
     how.solid = options_.solid;
@@ -249,6 +253,8 @@ Run setup(CLI::App& app) {
              kPositive);
   add_choice(app, "--mesh", to.scheme, kSchemes,
              "as few triangles as the tolerance needs, or the grid array");
+  app.add_flag("--no-creases", to.no_creases,
+               "with --mesh grid: leave the edge points out, for comparison");
   add_flag_with_number(app, "--solid", to.solid, to.floor,
                        "close it with skirts and a floor at =FLOOR");
   app.add_flag("--lines", to.lines, "crease and edge curves as lines");

@@ -9,6 +9,7 @@
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
+#include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
 
 namespace diesink {
@@ -41,6 +42,9 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
   const double tolerance = options.tolerance > 0 ? options.tolerance : m.tolerance;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
   const PlanBox box = tile_box(domain, options);
+  if (options.scheme == MeshScheme::kGrid && !options.creases) {
+    return mesh_plain_grid(surface, box, options);
+  }
   auto start = std::chrono::steady_clock::now();
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);

@@ -106,6 +106,13 @@ class Export(CommandLineTest):
         words = ["export", FIG6, "-o", "grid.ply", "--mesh", "grid", "--json"]
         creased = json.loads(self.run_program(*words, status=NOT_KEPT).stdout)
         self.assertGreater(creased["crease_vertices"], 0)
+        plain = json.loads(self.run_program(*words, "--no-creases", status=NOT_KEPT).stdout)
+        self.assertEqual((plain["crease_vertices"], plain["triangles"]), (0, 2 * 48 * 48))
+        self.assertAlmostEqual(plain["uncertified_area"], 38 * 38, places=9)
+        self.assertAlmostEqual(plain["volume"] / creased["volume"], 1, delta=0.05)
+        told = json.loads(self.run_program(*words, "--no-creases", "--tiles", "2x3", status=NOT_KEPT).stdout)
+        self.assertAlmostEqual(told["uncertified_area"], 38 * 38, places=9)
+        self.run_program("export", FIG6, "-o", "x.ply", "--no-creases", status=WRONG_USAGE)
 
     def test_lines(self):
         for each, word in [("ply", b"element edge "), ("obj", b"\nl ")]:
