@@ -141,10 +141,31 @@ std::span<const std::uint32_t> PlanIndex::at(double x, double y) const {
 
 void PlanIndex::over(const PlanBox& box, std::vector<std::uint32_t>& out) const {
   out.clear();
-  for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
+  const auto take = [&](std::uint32_t i) {
     const PlanBox& b = boxes_[i];
     if (b.x0 <= box.x1 && b.x1 >= box.x0 && b.y0 <= box.y1 && b.y1 >= box.y0) out.push_back(i);
+  };
+  const int k0 = cell_of((box.x0 - extent_.x0) * inv_dx_, nx_);
+  const int k1 = cell_of((box.x1 - extent_.x0) * inv_dx_, nx_);
+  const int j0 = cell_of((box.y0 - extent_.y0) * inv_dy_, ny_);
+  const int j1 = cell_of((box.y1 - extent_.y0) * inv_dy_, ny_);
+  const std::size_t cells =
+      static_cast<std::size_t>(k1 - k0 + 1) * static_cast<std::size_t>(j1 - j0 + 1);
+  // A cell costs about as much as a handful of boxes: its list, and the sorting out of repeats.
+  constexpr std::size_t kCellCost = 8;
+  if (cells * kCellCost > boxes_.size()) {
+    for (std::uint32_t i = 0; i < boxes_.size(); ++i) take(i);
+    return;
   }
+  for (int j = j0; j <= j1; ++j) {
+    for (int k = k0; k <= k1; ++k) {
+      const std::size_t cell =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(k);
+      for (std::uint32_t at = start_[cell]; at < start_[cell + 1]; ++at) take(items_[at]);
+    }
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
 }
 
 bool CompoundSurface::Impl::base_at(double x, double y, BaseHit& hit) const {

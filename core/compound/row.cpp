@@ -63,6 +63,7 @@ struct Level {
 struct Workspace {
   std::vector<double> base_z, base_zx, base_zy;
   std::vector<Level> levels;
+  std::vector<std::uint32_t> steps;  // that can matter on the row
 };
 
 Workspace& workspace() {
@@ -138,23 +139,8 @@ class RowEvaluation {
 
   void evaluate() {
     open();
-    for (const CompoundStep& step : impl_.steps) {
-      switch (step.kind) {
-        case BooleanStep::Kind::kGroupOpen:
-          open();
-          break;
-        case BooleanStep::Kind::kGroupClose:
-          close();
-          break;
-        case BooleanStep::Kind::kTerm:
-          if (step.solid < 0) {
-            base_term(step);
-          } else {
-            body_term(step, impl_.bodies[static_cast<std::size_t>(step.solid)]);
-          }
-          break;
-      }
-    }
+    impl_.index.over({xs_.front(), xs_.back(), y_, y_}, work_.steps);
+    for (const std::uint32_t i : work_.steps) apply(impl_.steps[i]);
     level().cover({0, xs_.size()});
   }
 
@@ -172,6 +158,24 @@ class RowEvaluation {
   }
 
  private:
+  void apply(const CompoundStep& step) {
+    switch (step.kind) {
+      case BooleanStep::Kind::kGroupOpen:
+        open();
+        break;
+      case BooleanStep::Kind::kGroupClose:
+        close();
+        break;
+      case BooleanStep::Kind::kTerm:
+        if (step.solid < 0) {
+          base_term(step);
+        } else {
+          body_term(step, impl_.bodies[static_cast<std::size_t>(step.solid)]);
+        }
+        break;
+    }
+  }
+
   Level& level() { return work_.levels[depth_ - 1]; }
 
   void open() {

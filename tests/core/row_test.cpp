@@ -87,6 +87,17 @@ TEST(Row, IsThePointsOfRandomPrograms) {
   }
 }
 
+// So many solids that a row looks up which of them it can touch.
+TEST(Row, IsThePointsOfManySolids) {
+  test::RandomProgramOptions options;
+  options.solids = 700;
+  options.size = 400;
+  options.base = test::RandomBase::kPlane;
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    EXPECT_GT(compare(test::surface_of(test::random_part_program(seed, options)), 203, 61), 10000u);
+  }
+}
+
 TEST(Row, OfAnyLengthAndSpacing) {
   const CompoundSurface surface = test::fixture("fig6");
   test::Random random(4);
