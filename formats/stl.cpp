@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/stl.h"
 
-#include <Eigen/Geometry>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -29,13 +28,20 @@ Vec3f to_float(const Vec3& p) {
 }
 
 // Of the exact positions: a triangle that float rounding flattens keeps its direction. Zero for a
-// degenerate one.
-Vec3 facet_normal(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-  const Vec3 a = mesh.positions[t[0]];
-  const Vec3 n = (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a);
-  const double length = n.norm();
+// degenerate one. Written out by coordinates: this is most of what writing binary STL takes.
+inline Vec3 facet_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double ux = b.x() - a.x(), uy = b.y() - a.y(), uz = b.z() - a.z();
+  const double vx = c.x() - a.x(), vy = c.y() - a.y(), vz = c.z() - a.z();
+  const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+  const double squared = nx * nx + ny * ny + nz * nz;
+  if (squared >= 1e-280 && squared <= 1e280) {
+    const double scale = 1 / std::sqrt(squared);
+    return {nx * scale, ny * scale, nz * scale};
+  }
+  // Where the squares leave the range of doubles.
+  const double length = std::hypot(nx, ny, nz);
   if (!(length > 0)) return Vec3::Zero();
-  return n / length;
+  return {nx / length, ny / length, nz / length};
 }
 
 // 80 bytes that never begin with "solid": the units first, since a long name is cut.
@@ -73,6 +79,8 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
   if (!sink) return sink.error();
   WrittenMesh written;
   const double limit = static_cast<double>(std::numeric_limits<float>::max());
+  std::vector<Vec3f> rounded;  // every vertex is met about six times
+  rounded.reserve(mesh.positions.size());
   for (const Vec3& p : mesh.positions) {
     if (!(p.cwiseAbs().maxCoeff() <= limit)) {
       return Error{
@@ -83,6 +91,7 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
         (Vec3(static_cast<double>(f[0]), static_cast<double>(f[1]), static_cast<double>(f[2])) - p)
             .squaredNorm();
     written.deviation = std::max(written.deviation, off);
+    rounded.push_back(f);
   }
   written.deviation = std::sqrt(written.deviation);
 
@@ -100,11 +109,11 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const std::array<std::uint32_t, 3>& t = mesh.triangles[i];
     at = out.room(kStlFacetBytes);
-    const Vec3f normal = to_float(facet_normal(mesh, t));
+    const Vec3f normal =
+        to_float(facet_normal(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]));
     std::memcpy(at, normal.data(), 12);
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Vec3f p = to_float(mesh.positions[t[corner]]);
-      std::memcpy(at + 12 + 12 * corner, p.data(), 12);
+      std::memcpy(at + 12 + 12 * corner, rounded[t[corner]].data(), 12);
     }
     const std::uint16_t attribute = attributes[element_of(mesh, i)];
     std::memcpy(at + 48, &attribute, 2);
@@ -140,7 +149,9 @@ Result<WrittenMesh> stream_ascii(const TriangleMesh& mesh, FileSet& files) {
       const std::array<std::uint32_t, 3>& t = mesh.triangles[i];
       constexpr std::size_t kFacetText = 512;
       char* at = out.room(kFacetText);
-      at = put_vector(at, " facet normal", facet_normal(mesh, t));
+      at = put_vector(
+          at, " facet normal",
+          facet_normal(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]));
       constexpr std::string_view kLoop = "  outer loop\n", kEnd = "  endloop\n endfacet\n";
       std::memcpy(at, kLoop.data(), kLoop.size());
       at += kLoop.size();
