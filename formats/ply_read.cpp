@@ -12,54 +12,15 @@
 #include "formats/file_marks.h"
 #include "formats/mesh_builder.h"
 #include "formats/ply.h"
+#include "formats/ply_curves.h"
 #include "formats/ply_header.h"
+#include "formats/ply_roles.h"
 #include "formats/ply_values.h"
 
 namespace diesink {
 namespace {
 
-// What a property of a vertex, normal or edge means.
-enum class Role : std::uint8_t {
-  kSkip,
-  kX,
-  kY,
-  kZ,
-  kNx,
-  kNy,
-  kNz,
-  kRed,
-  kGreen,
-  kBlue,
-  kAlpha,
-  kCount
-};
 constexpr std::size_t kMaxCorners = std::size_t{1} << 22;  // of one face or strip
-constexpr std::size_t kRoles = static_cast<std::size_t>(Role::kCount);
-
-Role role_of(std::string_view name) {
-  using Name = std::pair<std::string_view, Role>;
-  constexpr std::array kNames{Name{"x", Role::kX},
-                              Name{"y", Role::kY},
-                              Name{"z", Role::kZ},
-                              Name{"nx", Role::kNx},
-                              Name{"ny", Role::kNy},
-                              Name{"nz", Role::kNz},
-                              Name{"red", Role::kRed},
-                              Name{"green", Role::kGreen},
-                              Name{"blue", Role::kBlue},
-                              Name{"alpha", Role::kAlpha},
-                              Name{"r", Role::kRed},
-                              Name{"g", Role::kGreen},
-                              Name{"b", Role::kBlue},
-                              Name{"a", Role::kAlpha},
-                              Name{"diffuse_red", Role::kRed},
-                              Name{"diffuse_green", Role::kGreen},
-                              Name{"diffuse_blue", Role::kBlue}};
-  for (const Name& known : kNames) {
-    if (known.first == name) return known.second;
-  }
-  return Role::kSkip;
-}
 
 template <class Values>
 class BodyReader {
@@ -224,30 +185,9 @@ class BodyReader {
     return ok();
   }
 
-  struct Plan {
-    std::vector<Role> roles;
-    std::array<bool, kRoles> has{};
-    std::array<PlyType, kRoles> type{};
-    [[nodiscard]] bool all(Role a, Role b, Role c) const {
-      return has[static_cast<std::size_t>(a)] && has[static_cast<std::size_t>(b)] &&
-             has[static_cast<std::size_t>(c)];
-    }
-  };
-
-  Plan plan_of(const PlyElement& element) {
-    Plan plan;
+  PlyPlan plan_of(const PlyElement& element) {
     std::string skipped;
-    for (const PlyProperty& property : element.properties) {
-      Role role = property.list ? Role::kSkip : role_of(property.name);
-      if (plan.has[static_cast<std::size_t>(role)]) role = Role::kSkip;
-      plan.roles.push_back(role);
-      if (role == Role::kSkip) {
-        skipped += (skipped.empty() ? "" : ", ") + property.name;
-      } else {
-        plan.has[static_cast<std::size_t>(role)] = true;
-        plan.type[static_cast<std::size_t>(role)] = property.type;
-      }
-    }
+    PlyPlan plan = ply_plan(element, skipped);
     if (!skipped.empty() && element.count > 0) {
       ignored_.push_back("properties " + quoted(skipped) + " of " + quoted(element.name));
     }
@@ -256,8 +196,8 @@ class BodyReader {
 
   // Calls `take` with the row's values by role.
   template <class Take>
-  Status read_rows(const PlyElement& element, const Plan& plan, Take take) {
-    std::array<double, kRoles> row{};
+  Status read_rows(const PlyElement& element, const PlyPlan& plan, Take take) {
+    PlyRow row{};
     for (std::uint64_t i = 0; i < element.count; ++i) {
       const char* const start = text_.at();
       for (std::size_t p = 0; p < plan.roles.size(); ++p) {
@@ -273,45 +213,27 @@ class BodyReader {
     return ok();
   }
 
-  static Vec3 vector_of(const std::array<double, kRoles>& row, Role first) {
-    const auto i = static_cast<std::size_t>(first);
-    return {row[i], row[i + 1], row[i + 2]};
-  }
-
-  static Color color_of(const std::array<double, kRoles>& row, const Plan& plan) {
-    Color color{0, 0, 0, 255};
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t i = static_cast<std::size_t>(Role::kRed) + k;
-      if (!plan.has[i]) continue;
-      // 16-bit parts run to 65535.
-      const double value = plan.type[i] == PlyType::kUint16 ? row[i] / 257 : row[i];
-      color[k] = color_part(value, !is_real(plan.type[i]));
-    }
-    return color;
-  }
-
   Status read_vertices(const PlyElement& element) {
     vertices_read_ = true;
-    const Plan plan = plan_of(element);
-    const bool normals = plan.all(Role::kNx, Role::kNy, Role::kNz);
-    const bool colors = plan.all(Role::kRed, Role::kGreen, Role::kBlue);
+    const PlyPlan plan = plan_of(element);
+    const bool normals = plan.all(PlyRole::kNx, PlyRole::kNy, PlyRole::kNz);
+    const bool colors = plan.all(PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue);
     mesh_.positions.reserve(element.count);
     if (normals) vertex_normals_.reserve(element.count);
     if (colors) mesh_.vertex_colors.reserve(element.count);
-    return read_rows(
-        element, plan, [&](const std::array<double, kRoles>& row, const char* start) -> Status {
-          const Vec3 p = vector_of(row, Role::kX);
-          if (!p.allFinite()) return error("a coordinate that is no finite number", start);
-          if (const double size = p.cwiseAbs().maxCoeff(); size > options_.max_coordinate) {
-            return error("coordinate " + to_text(size) + " is beyond the limit of " +
-                             to_text(options_.max_coordinate),
-                         start, ErrorCode::kLimit);
-          }
-          mesh_.positions.emplace_back(p + Vec3::Zero());
-          if (normals) vertex_normals_.push_back(unit_normal(vector_of(row, Role::kNx), start));
-          if (colors) mesh_.vertex_colors.push_back(color_of(row, plan));
-          return ok();
-        });
+    return read_rows(element, plan, [&](const PlyRow& row, const char* start) -> Status {
+      const Vec3 p = vector_of(row, PlyRole::kX);
+      if (!p.allFinite()) return error("a coordinate that is no finite number", start);
+      if (const double size = p.cwiseAbs().maxCoeff(); size > options_.max_coordinate) {
+        return error("coordinate " + to_text(size) + " is beyond the limit of " +
+                         to_text(options_.max_coordinate),
+                     start, ErrorCode::kLimit);
+      }
+      mesh_.positions.emplace_back(p + Vec3::Zero());
+      if (normals) vertex_normals_.push_back(unit_normal(vector_of(row, PlyRole::kNx), start));
+      if (colors) mesh_.vertex_colors.push_back(plan.color_of(row));
+      return ok();
+    });
   }
 
   // As it is where it is a unit vector up to its file's rounding.
@@ -325,15 +247,14 @@ class BodyReader {
   }
 
   Status read_normals(const PlyElement& element) {
-    const Plan plan = plan_of(element);
-    if (!plan.all(Role::kNx, Role::kNy, Role::kNz))
+    const PlyPlan plan = plan_of(element);
+    if (!plan.all(PlyRole::kNx, PlyRole::kNy, PlyRole::kNz))
       return error("normals need nx, ny and nz", text_.at());
     mesh_.normals.reserve(element.count);
-    return read_rows(element, plan,
-                     [&](const std::array<double, kRoles>& row, const char* start) -> Status {
-                       mesh_.normals.push_back(unit_normal(vector_of(row, Role::kNx), start));
-                       return ok();
-                     });
+    return read_rows(element, plan, [&](const PlyRow& row, const char* start) -> Status {
+      mesh_.normals.push_back(unit_normal(vector_of(row, PlyRole::kNx), start));
+      return ok();
+    });
   }
 
   bool read_indices(const PlyProperty& property, std::vector<double>& list) {
@@ -396,16 +317,16 @@ class BodyReader {
     if (normal_list != nullptr && !normal_list->list) normal_list = nullptr;
     const PlyProperty* number = own_elements_ > 0 ? element.find("element") : nullptr;
     if (number != nullptr && number->list) number = nullptr;
-    Plan colors;
+    PlyPlan colors;
     std::vector<double> list, normal_items;
     std::vector<std::uint32_t> normals;
     const bool room = element.count <= options_.max_triangles;
     if (room) mesh_.triangles.reserve(element.count);
-    std::array<double, kRoles> row{};
+    PlyRow row{};
     for (const PlyProperty& property : element.properties) {
-      const Role role = property.list ? Role::kSkip : role_of(property.name);
-      const bool color = role >= Role::kRed;
-      colors.roles.push_back(color ? role : Role::kSkip);
+      const PlyRole role = property.list ? PlyRole::kSkip : ply_role_of(property.name);
+      const bool color = role >= PlyRole::kRed;
+      colors.roles.push_back(color ? role : PlyRole::kSkip);
       if (color) {
         colors.has[static_cast<std::size_t>(role)] = true;
         colors.type[static_cast<std::size_t>(role)] = property.type;
@@ -414,7 +335,8 @@ class BodyReader {
         ignored_.push_back("property " + quoted(property.name) + " of faces");
       }
     }
-    const bool colored = number == nullptr && colors.all(Role::kRed, Role::kGreen, Role::kBlue);
+    const bool colored =
+        number == nullptr && colors.all(PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       const char* const start = text_.at();
       double own = 0;
@@ -437,14 +359,14 @@ class BodyReader {
       values_.end_row();
       std::uint32_t of_face = 0;
       if (number != nullptr) {
-        if (own < 0 || own >= static_cast<double>(own_elements_)) {
+        if (!(own >= 0 && own < static_cast<double>(own_elements_))) {
           return error(
               "element " + to_text(own) + ", expected 0 to " + std::to_string(own_elements_ - 1),
               start);
         }
         of_face = static_cast<std::uint32_t>(own);
       } else if (colored) {
-        of_face = elements_.colored(color_of(row, colors));
+        of_face = elements_.colored(colors.color_of(row));
       }
       if (strips) {
         if (const Status strip = read_strip(list, of_face, start); !strip) return strip;
@@ -489,11 +411,6 @@ class BodyReader {
     return ok();
   }
 
-  struct Edge {
-    std::uint32_t a, b;
-    std::int64_t curve;
-  };
-
   Status read_edges(const PlyElement& element) {
     const PlyProperty* const a = element.find("vertex1");
     const PlyProperty* const b = element.find("vertex2");
@@ -515,42 +432,13 @@ class BodyReader {
         if (property.list ? !skip_property(property) : !values_.read(property.type, value))
           return at_fault(start);
       }
+      values_.end_row();
       edge_start_ = start;
       const double most = 4294967294.0;
       if (!(from >= 0 && to >= 0 && from <= most && to <= most))
         return error("an edge to no vertex", start);
       edges_.push_back({static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to),
-                        static_cast<std::int64_t>(number)});
-    }
-    return ok();
-  }
-
-  // Edges that follow each other make one curve.
-  Status make_curves() {
-    std::int64_t current = -2;
-    for (const Edge& edge : edges_) {
-      if (edge.a >= mesh_.positions.size() || edge.b >= mesh_.positions.size()) {
-        return error("an edge to a vertex past the last", edge_start_);
-      }
-      const bool goes_on = !mesh_.curves.empty() && edge.curve == current &&
-                           !mesh_.curves.back().closed &&
-                           mesh_.curves.back().vertices.back() == edge.a;
-      if (!goes_on) {
-        MeshCurve curve;
-        const bool labelled =
-            edge.curve >= 0 && edge.curve < static_cast<std::int64_t>(curve_labels_.size());
-        if (labelled)
-          read_curve_label(curve_labels_[static_cast<std::size_t>(edge.curve)], mesh_, curve);
-        curve.vertices.push_back(edge.a);
-        mesh_.curves.push_back(std::move(curve));
-        current = edge.curve;
-      }
-      MeshCurve& curve = mesh_.curves.back();
-      if (edge.b == curve.vertices.front() && curve.vertices.size() > 1) {
-        curve.closed = true;
-      } else {
-        curve.vertices.push_back(edge.b);
-      }
+                        number >= 0 && number <= most ? static_cast<std::int64_t>(number) : -1});
     }
     return ok();
   }
@@ -573,7 +461,9 @@ class BodyReader {
           std::to_string(given) + " triangles have no normals: they were given their own",
           text_.place());
     }
-    if (const Status curves = make_curves(); !curves) return curves;
+    if (!make_ply_curves(edges_, curve_labels_, mesh_)) {
+      return error("an edge to a vertex past the last", edge_start_);
+    }
     const Place end = binary_place(text_.at());
     for (const std::string& what : ignored_)
       diagnostics_.warning(what + " is not kept", {options_.file_name});
@@ -609,7 +499,7 @@ class BodyReader {
   bool vertices_read_ = false, own_normals_ = false;
   std::vector<Vec3> vertex_normals_;
   std::vector<std::uint32_t> face_;
-  std::vector<Edge> edges_;
+  std::vector<PlyEdge> edges_;
   const char* edge_start_ = nullptr;
   std::vector<std::string_view> curve_labels_;
   std::vector<std::string> ignored_;

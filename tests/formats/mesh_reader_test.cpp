@@ -247,6 +247,29 @@ TEST(MeshReader, PlyOfEveryTypeAndByteOrder) {
   }
 }
 
+TEST(MeshReader, PlyElementsAndEdgesThatAreNone) {
+  const auto file = [](const std::string& element, const std::string& edge) {
+    return "ply\nformat ascii 1.0\ncomment element 0 A\ncomment curve 0 edge:A|\nelement vertex "
+           "3\nproperty float x\n"
+           "property float y\nproperty float z\nelement face 1\nproperty list uchar int "
+           "vertex_indices\n"
+           "property float element\nelement edge 1\nproperty float vertex1\nproperty int "
+           "vertex2\nproperty float curve\n"
+           "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 " +
+           element + "\n" + edge + "\n";
+  };
+  const Outcome sound = read(kPly, file("0", "0 1 0 and more"));
+  ASSERT_TRUE(sound.read) << sound.said;
+  ASSERT_EQ(sound.mesh.curves.size(), 1U);
+  EXPECT_EQ(sound.mesh.curves[0].kind, CurveKind::kEdge);
+  EXPECT_NE(sound.said.find("1 rows have more values"), std::string::npos) << sound.said;
+  EXPECT_TRUE(read(kPly, file("0", "0 1 nan")).read);
+  for (const char* element : {"nan", "1", "-1", "1e30"})
+    EXPECT_FALSE(read(kPly, file(element, "0 1 0")).read) << element;
+  for (const char* edge : {"nan 1 0", "0 3 0", "-1 1 0", "1e30 1 0"})
+    EXPECT_FALSE(read(kPly, file("0", edge)).read) << edge;
+}
+
 TEST(MeshReader, MagicsColorsHaveRedInTheLowBits) {
   std::string stl = std::string("COLOR=") + "\x10\x20\x30\xFF" + ", made by hand";
   stl.resize(80, '\0');
