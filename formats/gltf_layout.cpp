@@ -92,6 +92,20 @@ Status set_lines(const TriangleMesh& mesh, GltfLines& lines) {
   return ok();
 }
 
+// Tells of vertices that no primitive uses: glTF has no place for them.
+void note_left_out(const TriangleMesh& mesh, GltfLayout& layout) {
+  const std::size_t count = mesh.positions.size();
+  if (layout.split.used_positions == count) return;
+  std::vector<bool> used(count, false);
+  for (const std::uint32_t position : layout.split.position) used[position] = true;
+  for (const std::uint32_t position : layout.lines.position) used[position] = true;
+  const std::ptrdiff_t left_out = std::count(used.begin(), used.end(), false);
+  if (left_out > 0) {
+    layout.notes.push_back(std::to_string(left_out) +
+                           " vertices that belong to no triangle are left out");
+  }
+}
+
 void set_primitives(const TriangleMesh& mesh, GltfLayout& layout) {
   const SplitMesh& split = layout.split;
   for (const SplitPrimitive& part : split.primitives) {
@@ -230,6 +244,7 @@ Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options
   if (options.lines) {
     if (Status status = set_lines(mesh, layout.lines); !status) return status.error();
   }
+  note_left_out(mesh, layout);
   set_primitives(mesh, layout);
   if (options.draco) {
     if (Status status = compress(mesh, options, layout); !status) return status.error();

@@ -80,6 +80,7 @@ class CornerTable {
                        bool& is_new) {
     Head& head = head_[position];
     if (head.primitive != primitive_) {
+      if (head.primitive == 0) ++used_;
       head = {primitive_, normal, fresh, kEnd};
       is_new = true;
       return fresh;
@@ -94,6 +95,8 @@ class CornerTable {
     return fresh;
   }
 
+  [[nodiscard]] std::size_t used() const { return used_; }  // positions that got a vertex at all
+
  private:
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
   struct Head {
@@ -103,8 +106,9 @@ class CornerTable {
     std::uint32_t normal, vertex, more;
   };
   std::vector<Head> head_;
-  std::vector<More> more_;  // further normals at a position, chained
-  std::uint32_t primitive_ = 0;
+  std::vector<More> more_;       // further normals at a position, chained
+  std::uint32_t primitive_ = 0;  // from 1
+  std::size_t used_ = 0;
 };
 
 }  // namespace
@@ -154,6 +158,7 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals) 
     primitive.vertex_count = fresh;
     split.primitives.push_back(primitive);
   }
+  split.used_positions = table.used();
   return split;
 }
 

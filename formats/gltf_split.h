@@ -28,6 +28,7 @@ struct SplitMesh {
   std::vector<std::uint32_t> position;  // index into mesh.positions
   std::vector<std::uint32_t> normal;    // index into mesh.normals; empty without normals
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::size_t used_positions = 0;  // of the mesh's, by some triangle
 };
 
 // Corners of one element that agree in position and normal share a vertex; vertices come in order

@@ -30,6 +30,6 @@ done
 "$folder/samples" "$folder/seeds"
 rm -f "$folder"/seeds/*large*
 "$folder/gltf_fuzz" -max_total_time="$seconds" -max_len=16384 -rss_limit_mb=2048 -timeout=10 -dict=tests/fuzz/gltf.dict \
-  -print_final_stats=1 "$folder/gltf" "$folder/seeds" 2>&1 | tail -n 15
+  -print_final_stats=1 "$folder/gltf" "$folder/seeds" fixtures/meshes/gltf 2>&1 | tail -n 15
 "$folder/gltf_draco_fuzz" -max_total_time="$seconds" -max_len=8192 -rss_limit_mb=2048 -timeout=10 \
-  -print_final_stats=1 "$folder/draco" "$folder/seeds" 2>&1 | tail -n 15
+  -print_final_stats=1 "$folder/draco" fixtures/meshes/gltf_draco 2>&1 | tail -n 15

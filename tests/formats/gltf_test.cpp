@@ -208,6 +208,102 @@ TEST(Gltf, WrongMeshesAreRefused) {
   EXPECT_FALSE(kGlb.write(mesh, options));
 }
 
+TEST(Gltf, VerticesLeftOutAreTold) {
+  TriangleMesh mesh = test::die_mesh(6);
+  mesh.positions.insert(mesh.positions.end(), 3, Vec3(1, 2, 3));
+  mesh.curves[1].vertices.push_back(static_cast<std::uint32_t>(mesh.positions.size() - 1));
+  WriteOptions options;
+  EXPECT_EQ(written(kGlb, mesh, options).notes,
+            std::vector<std::string>{"3 vertices that belong to no triangle are left out"});
+  options.lines = true;
+  EXPECT_EQ(written(kGlb, mesh, options).notes,
+            std::vector<std::string>{"2 vertices that belong to no triangle are left out"});
+}
+
+// A file of one buffer, in base64: six points of a strip 0 .. 5 over the plane z = 0, and byte
+// indices.
+//   1--3--5
+//   |  |  |      at x = 0, 1, 2 and y = 0, 1
+//   0--2--4
+constexpr const char* kStrip =
+    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[NODES]}],"nodes":[
+{"mesh":0,"name":"a"},{"mesh":0,"scale":[1,1,-1],"translation":[0,0,5]},{"children":[3],"scale":[2,2,2]},{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},INDICES"mode":MODE}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":6,"type":"VEC3","min":[0,0,0],"max":[2,1,0]},
+{"bufferView":1,"componentType":5121,"count":4,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteLength":72},{"buffer":0,"byteOffset":72,"byteLength":4}],
+"buffers":[{"byteLength":76,"uri":"data:application/octet-stream;base64,)"
+    "AAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAQAAAAAAAAAAA"
+    "AAAAQAAAgD8AAAAABQQCAA=="
+    R"("}]})";
+
+TriangleMesh strip_of(const std::string& nodes, const std::string& indices,
+                      const std::string& mode) {
+  std::string text = kStrip;
+  const auto put = [&text](const std::string& word, const std::string& value) {
+    text.replace(text.find(word), word.size(), value);
+  };
+  put("NODES", nodes);
+  put("INDICES", indices);
+  put("MODE", mode);
+  std::vector<std::byte> bytes(text.size());
+  std::memcpy(bytes.data(), text.data(), text.size());
+  return read_back(kGltf, bytes, 4);
+}
+
+// Twice the area seen from above, and the corners of each triangle by x + 10 y.
+double twice_area(const TriangleMesh& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 a = mesh.positions[t[1]] - mesh.positions[t[0]];
+    const Vec3 b = mesh.positions[t[2]] - mesh.positions[t[0]];
+    area += a.x() * b.y() - a.y() * b.x();
+  }
+  return area;
+}
+
+TEST(Gltf, StripsFansListsAndLines) {
+  const TriangleMesh strip = strip_of("0", "", "5");
+  EXPECT_EQ(strip.triangles.size(), 4u);
+  EXPECT_EQ(strip.positions.size(), 6u);
+  EXPECT_EQ(twice_area(strip), -4);  // 0 1 2 turns downward, and all others with it
+  EXPECT_EQ(strip.unit, LengthUnit::kMetre);
+  EXPECT_EQ(strip.up, UpAxis::kY);
+  ASSERT_EQ(strip.elements.size(), 1u);
+  EXPECT_EQ(strip.elements[0].name, "a");
+  const TriangleMesh indexed = strip_of("0", R"("indices":1,)", "5");
+  EXPECT_EQ(indexed.triangles.size(), 2u);
+  EXPECT_EQ(indexed.triangles[0].size(), 3u);
+  // Indices 5 4 2 0: the fan about 5.
+  const TriangleMesh fan = strip_of("0", R"("indices":1,)", "6");
+  EXPECT_EQ(fan.triangles.size(), 2u);
+  EXPECT_EQ(twice_area(fan), -2);
+  EXPECT_EQ(strip_of("0", "", "4").triangles.size(), 2u);
+  const TriangleMesh loop = strip_of("0", R"("indices":1,)", "2");
+  ASSERT_EQ(loop.curves.size(), 1u);
+  EXPECT_TRUE(loop.curves[0].closed);
+  EXPECT_EQ(loop.curves[0].vertices.size(), 4u);
+  const TriangleMesh line = strip_of("0", R"("indices":1,)", "3");
+  ASSERT_EQ(line.curves.size(), 1u);
+  EXPECT_FALSE(line.curves[0].closed);
+  const TriangleMesh pairs = strip_of("0", R"("indices":1,)", "1");
+  ASSERT_EQ(pairs.curves.size(), 2u);  // 5-4 and 2-0 do not meet
+  EXPECT_EQ(strip_of("0", "", "0").triangles.size(), 0u);
+}
+
+TEST(Gltf, NodesPlaceScaleAndMirror) {
+  const TriangleMesh scaled = strip_of("2", "", "5");
+  EXPECT_EQ(twice_area(scaled), -16);
+  const TriangleMesh two = strip_of("0,1", "", "5");
+  EXPECT_EQ(two.triangles.size(), 8u);
+  EXPECT_EQ(two.positions.size(), 12u);  // parts that do not share a mesh stay apart
+  ASSERT_EQ(two.elements.size(), 2u);
+  EXPECT_NE(two.elements[0].name, two.elements[1].name);
+  // Mirrored in z: the outside of a triangle stays outside, so its sense seen from above turns.
+  EXPECT_EQ(twice_area(strip_of("1", "", "5")), 4);
+  EXPECT_EQ(strip_of("1", "", "5").positions[0].z(), 5);
+}
+
 // Random soups: any sharing, any elements, any normals.
 TEST(Gltf, RandomMeshesComeBack) {
   std::mt19937 random(20240817);
