@@ -1,0 +1,290 @@
+// `diesink cl`: tool paths for a compound surface as APT, G-code or CSV.
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "convert/arguments.h"
+#include "convert/commands.h"
+#include "convert/input.h"
+#include "convert/paths.h"
+#include "core/machining/tool_path_plan.h"
+#include "formats/json_writer.h"
+#include "formats/output_file.h"
+#include "formats/path_file.h"
+#include "formats/text_number.h"
+
+namespace diesink {
+namespace {
+
+struct Options {
+  std::string part, along = "x", cc_output;
+  std::vector<std::string> outputs;
+  std::optional<std::array<double, 2>> cutter;
+  std::optional<double> interval, cusp, intol, outtol, feed, spindle, clear;
+  PathPattern pattern = PathPattern::kZigzag;
+  PathMethod method = PathMethod::kDrop;
+  AptFlavour flavour = AptFlavour::kApt;
+  bool keep_interference = false;
+};
+
+constexpr std::array<Choice, 2> kPatterns{{{"zigzag", static_cast<int>(PathPattern::kZigzag)},
+                                           {"oneway", static_cast<int>(PathPattern::kOneway)}}};
+constexpr std::array<Choice, 2> kMethods{
+    {{"drop", static_cast<int>(PathMethod::kDrop)}, {"cc", static_cast<int>(PathMethod::kCc)}}};
+constexpr std::array<Choice, 4> kFlavours{{{"apt", static_cast<int>(AptFlavour::kApt)},
+                                           {"nx", static_cast<int>(AptFlavour::kNx)},
+                                           {"catia", static_cast<int>(AptFlavour::kCatia)},
+                                           {"creo", static_cast<int>(AptFlavour::kCreo)}}};
+
+// Feeds of a program that states none, a minute.
+constexpr double kUsualFeed = 1000, kUsualFeedInch = 40;
+
+Error usage(std::string message) {
+  return {ErrorCode::kUsage, std::move(message), {"diesink", 0, 0, -1}};
+}
+
+Result<PathFormat> format_of(const std::string& path) {
+  if (path == "-") return PathFormat::kApt;
+  if (const std::optional<PathFormat> format = path_format_of_ending(path)) return *format;
+  return usage("'" + path +
+               "' has no ending that can be written: .apt .cls .ncl .aptsource .ngc .csv");
+}
+
+Status take_along(const Options& options, PathOptions& path) {
+  path.along = options.along == "u"   ? PathAlong::kU
+               : options.along == "v" ? PathAlong::kV
+                                      : PathAlong::kAngle;
+  if (path.along != PathAlong::kAngle) {
+    if (options.method == PathMethod::kCc) return ok();
+    return usage("--along " + options.along + " needs --method cc");
+  }
+  if (options.along == "x") return ok();
+  double degrees = 90;
+  if (options.along != "y") {
+    const std::optional<double> number = number_of(options.along);
+    if (!number || std::fabs(*number) > 360) {
+      return usage("--along: '" + options.along + "' is none of x, y, u, v or an angle in degrees");
+    }
+    degrees = *number;
+  }
+  path.angle = degrees * std::numbers::pi / 180;
+  return ok();
+}
+
+Result<PathOptions> path_options(const Options& options, const PartProgram& program) {
+  PathOptions path = path_options_of(program);
+  if (options.cutter) path.cutter = {(*options.cutter)[0], (*options.cutter)[1]};
+  if (!(path.cutter.diameter > 0)) {
+    return Error{ErrorCode::kInput,
+                 "no cutter: expected CUTTER,d,r in MACHI-DEF or --cutter D,R",
+                 {program.file, 0, 0, -1}};
+  }
+  path.method = options.method;
+  path.pattern = options.pattern;
+  path.keep_interference = options.keep_interference;
+  if (options.interval) {
+    path.interval = options.interval;
+    path.cusp.reset();
+  }
+  if (options.cusp) {
+    path.cusp = options.cusp;
+    path.interval.reset();
+  }
+  path.intol = options.intol.value_or(path.intol);
+  path.outtol = options.outtol.value_or(path.outtol);
+  if (options.clear) path.clearance = options.clear;
+  if (Status taken = take_along(options, path); !taken) return taken.error();
+  return path;
+}
+
+std::string as_json(const PlannedPath& planned, double seconds) {
+  const PathReport& r = planned.report;
+  JsonWriter json;
+  json.begin_object()
+      .field("passes", r.passes)
+      .field("points", r.points)
+      .field("feed_length", r.feed_length)
+      .field("rapid_length", r.rapid_length)
+      .field("least_interval", r.least_interval)
+      .field("greatest_interval", r.greatest_interval)
+      .field("overcut_bound", r.overcut_bound)
+      .field("undercut_bound", r.undercut_bound)
+      .field("mesh_deviation", r.mesh_deviation)
+      .field("uncertified_area", r.uncertified_area)
+      .field("unreachable_area", r.unreachable_area)
+      .field("unreachable_height", r.unreachable_height)
+      .field("loops_removed", r.loops_removed)
+      .field("crossings_inserted", r.crossings_inserted)
+      .field("seconds", seconds)
+      .end_object();
+  return json.text() + "\n";
+}
+
+std::string summary(const Options& options, const PlannedPath& planned, double seconds) {
+  const PathReport& r = planned.report;
+  char line[512];
+  std::snprintf(line, sizeof line,
+                "%s: %zu passes %.4g to %.4g apart, %zu points, %.6g cutting, %.6g rapid; %.3f s\n",
+                planned.path.name.c_str(), r.passes, r.least_interval, r.greatest_interval,
+                r.points, r.feed_length, r.rapid_length, seconds);
+  std::string text = line;
+  if (options.method == PathMethod::kDrop) {
+    std::snprintf(line, sizeof line,
+                  "  cuts at most %.4g too deep, leaves at most %.4g along a pass\n",
+                  r.overcut_bound, r.undercut_bound);
+  } else {
+    std::snprintf(line, sizeof line, "  %zu loops removed, %zu crossings inserted\n",
+                  r.loops_removed, r.crossings_inserted);
+  }
+  text += line;
+  if (r.unreachable_area > 0) {
+    std::snprintf(line, sizeof line,
+                  "  out of the cutter's reach: an area of %.4g, with up to %.4g left on it\n",
+                  r.unreachable_area, r.unreachable_height);
+    text += line;
+  }
+  for (const std::string& path : options.outputs) {
+    if (path != "-") text += "  " + path + "  " + size_text(path) + "\n";
+  }
+  return text;
+}
+
+Status write_cc(const PlannedPath& planned, const std::string& path, OutputFiles& files) {
+  Result<ByteSink*> sink = files.open(path);
+  if (!sink) return sink.error();
+  ByteWriter out(**sink);
+  out << "pass,x,y,z,nx,ny,nz\n";
+  for (std::size_t k = 0; k < planned.cc_passes.size(); ++k) {
+    for (const CcContact& c : planned.cc_passes[k]) {
+      out << static_cast<std::uint64_t>(k);
+      for (const double v : {c.p.x(), c.p.y(), c.p.z(), c.n.x(), c.n.y(), c.n.z()}) out << ',' << v;
+      out << '\n';
+    }
+  }
+  return out.finish();
+}
+
+Status write_all(const Options& options, const PlannedPath& planned) {
+  OutputFiles files;
+  PathWriteOptions how;
+  how.program_comment = "diesink " DIESINK_VERSION;
+  how.flavour = options.flavour;
+  for (const std::string& path : options.outputs) {
+    Result<ByteSink*> sink = files.open(path);
+    if (!sink) return sink.error();
+    if (Status done = write_path(planned.path, *format_of(path), how, **sink); !done) return done;
+  }
+  if (!options.cc_output.empty()) {
+    if (Status done = write_cc(planned, options.cc_output, files); !done) return done;
+  }
+  return files.commit();
+}
+
+Status check(const Options& options, const CommonOptions& common) {
+  std::vector<std::string> all = options.outputs;
+  if (!options.cc_output.empty()) all.push_back(options.cc_output);
+  for (const std::string& path : all) {
+    if (Status there = check_folder(path); !there) return there;
+    if (path == "-" && common.json) return usage("-o - and --json both want stdout");
+    if (std::count(all.begin(), all.end(), path) > 1) return usage("'" + path + "' is given twice");
+  }
+  for (const std::string& path : options.outputs) {
+    if (const Result<PathFormat> format = format_of(path); !format) return format.error();
+  }
+  if (options.interval && options.cusp) return usage("--interval and --cusp exclude each other");
+  if (options.method == PathMethod::kDrop &&
+      (!options.cc_output.empty() || options.keep_interference)) {
+    return usage("--cc and --keep-interference need --method cc");
+  }
+  return ok();
+}
+
+ExitStatus run(const Options& options, const CommonOptions& common) {
+  if (Status checked = check(options, common); !checked) return report(checked.error());
+  Stopwatch watch;
+  const Loaded<CompoundSurface> loaded = load_surface(options.part);
+  if (!loaded.value) return loaded.status;
+  const PartProgram& program = loaded.value->program();
+  Result<PathOptions> how = path_options(options, program);
+  if (!how) return report(how.error());
+  Progress progress("planning", common.quiet);
+  how->threads = common.threads;
+  how->progress = [&](double part) { progress.update(part); };
+  Result<PlannedPath> planned = plan_path(*loaded.value, *how);
+  if (!planned) {
+    Error error = planned.error();
+    if (error.where.file.empty()) error.where.file = program.file;
+    return report(error);
+  }
+  const bool inch = program.unit == LengthUnit::kInch;
+  planned->path.feed = options.feed.value_or(planned->path.feed > 0 ? planned->path.feed
+                                             : inch                 ? kUsualFeedInch
+                                                                    : kUsualFeed);
+  planned->path.spindle = options.spindle.value_or(planned->path.spindle);
+  if (Status written = write_all(options, *planned); !written) return report(written.error());
+  const double seconds = watch.lap();
+  const PathReport& r = planned->report;
+  const bool to_stdout = std::count(options.outputs.begin(), options.outputs.end(), "-") > 0;
+  if (common.json) {
+    if (const ExitStatus status = print(as_json(*planned, seconds)); status != ExitStatus::kDone)
+      return status;
+  } else if (!common.quiet && !to_stdout) {
+    if (const ExitStatus status = print(summary(options, *planned, seconds));
+        status != ExitStatus::kDone)
+      return status;
+  }
+  if (r.uncertified_area > 0) {
+    report_warning("the surface is not certified over an area of " + to_text(r.uncertified_area) +
+                   ": the path is not proven there");
+  }
+  return r.uncertified_area > 0 || r.overcut_bound > how->intol * (1 + 1e-9) ? ExitStatus::kNotKept
+                                                                             : ExitStatus::kDone;
+}
+
+Run setup(CLI::App& app) {
+  const auto o = std::make_shared<Options>();
+  app.add_option("PART", o->part, "part program (.part)")->required()->type_name("");
+  app.add_option("-o,--output", o->outputs,
+                 "tool path: .apt .cls .ncl .aptsource, .ngc, .csv, or - for APT on stdout")
+      ->required()
+      ->type_name("OUT");
+  add_number_pair(app, "--cutter", o->cutter, "D,R", "diameter and corner radius (default: CUTTER)",
+                  kNotNegative);
+  add_choice(
+      app, "--method", o->method, kMethods,
+      "drop: the cutter lowered onto the surface; cc: CC-points offset, interferences removed");
+  add_choice(app, "--pattern", o->pattern, kPatterns, "order of the passes");
+  app.add_option("--along", o->along,
+                 "passes along x, y or an angle in degrees; u, v: curves of the base")
+      ->type_name("x|y|DEGREES|u|v");
+  add_number(app, "--interval", o->interval, "distance between passes (default: Y-INT)", kPositive);
+  add_number(app, "--cusp", o->cusp, "cusp height, instead of an interval (default: CUSP)",
+             kPositive);
+  add_number(app, "--intol", o->intol, "deepest overcut (default: INTOL or TOLER)", kNotNegative);
+  add_number(app, "--outtol", o->outtol, "largest undercut (default: OUTTOL or TOLER)",
+             kNotNegative);
+  add_number(app, "--feed", o->feed, "feed a minute (default: FEDRAT, else 1000 mm or 40 inches)",
+             kPositive);
+  add_number(app, "--spindle", o->spindle, "turns a minute (default: SPINDL)", kPositive);
+  add_number(app, "--clear", o->clear,
+             "clearance plane (default: CLEAR, else a diameter above the part)");
+  add_choice(app, "--flavour", o->flavour, kFlavours, "word order of APT");
+  app.add_option("--cc", o->cc_output, "CC-data with normals of every pass, as CSV (method cc)")
+      ->type_name("OUT.csv");
+  app.add_flag("--keep-interference", o->keep_interference,
+               "leave interferences in, to look at (method cc)");
+  return [o](const CommonOptions& common) { return run(*o, common); };
+}
+
+}  // namespace
+
+const Command kClCommand{"cl", "tool paths that do not gouge, as APT, G-code or CSV",
+                         "diesink cl fixtures/parts/fig6.part --cutter 6,3 --cusp 0.01 -o fig6.apt",
+                         true, setup};
+
+}  // namespace diesink

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/tool_path_plan.h"
+
+#include <cmath>
+
+#include "core/machining/drop.h"
+#include "core/machining/reach.h"
+#include "core/number.h"
+#include "core/tessellate/tessellate.h"
+
+namespace diesink {
+namespace {
+
+constexpr std::size_t kReachSamples = 40'000;
+
+Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
+
+Status check(const PathOptions& options) {
+  if (const Result<CutterShape> cutter = CutterShape::make(options.cutter); !cutter) {
+    return cutter.error();
+  }
+  const auto positive = [](const std::optional<double>& v) {
+    return !v || (std::isfinite(*v) && *v > 0);
+  };
+  if (!options.interval && !options.cusp) {
+    return input_error("a tool path needs an interval or a cusp height");
+  }
+  if (!positive(options.interval)) {
+    return input_error("the path interval must be positive (got " + number_text(*options.interval) +
+                       ")");
+  }
+  if (!positive(options.cusp) || (options.cusp && *options.cusp >= options.cutter.diameter / 2)) {
+    return input_error("the cusp height must be positive and less than the cutter's radius (got " +
+                       number_text(*options.cusp) + ")");
+  }
+  if (!(options.intol >= 0) || !(options.outtol >= 0) || !(options.intol + options.outtol > 0) ||
+      !std::isfinite(options.intol + options.outtol)) {
+    return input_error("the inside and outside tolerances must not be negative, and not both 0");
+  }
+  return ok();
+}
+
+}  // namespace
+
+PathOptions path_options_of(const PartProgram& program) {
+  const Machining& m = program.machining;
+  PathOptions options;
+  options.cutter = m.cutter.value_or(Cutter{});
+  options.cusp = m.cusp;
+  if (!m.cusp && m.y_interval > 0) options.interval = m.y_interval;
+  options.intol = m.intol.value_or(m.tolerance);
+  options.outtol = m.outtol.value_or(m.tolerance);
+  options.clearance = m.clearance;
+  return options;
+}
+
+Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions& options) {
+  if (const Status status = check(options); !status) return status.error();
+  const auto progress = [&](double part) {
+    if (options.progress) options.progress(part);
+  };
+  // Material around the domain counts, as far as the cutter reaches.
+  PartProgram grown = surface.program();
+  const std::array<double, 4> domain{grown.machining.x_range[0], grown.machining.x_range[1],
+                                     grown.machining.y_range[0], grown.machining.y_range[1]};
+  const double margin = 0.5 * options.cutter.diameter + options.intol + options.outtol;
+  for (std::array<double, 2>* range : {&grown.machining.x_range, &grown.machining.y_range}) {
+    (*range)[0] -= margin;
+    (*range)[1] += margin;
+  }
+  const Result<CompoundSurface> wide = CompoundSurface::make(grown);
+  if (!wide) return wide.error();
+  TessellationOptions mesh_options;
+  mesh_options.tolerance = (options.intol + options.outtol) / 8;
+  mesh_options.threads = options.threads;
+  const Result<Tessellation> mesh = tessellate(*wide, mesh_options);
+  if (!mesh) return mesh.error();
+  progress(0.3);
+  Result<PlannedPath> planned =
+      options.method == PathMethod::kCc
+          ? plan_cc_path(surface, mesh->mesh, mesh->report.certified_deviation, options)
+          : plan_drop_path(mesh->mesh, mesh->report.certified_deviation, domain, options);
+  if (!planned) return planned;
+  progress(0.8);
+  const PartProgram& program = surface.program();
+  planned->path.name = program.name;
+  planned->path.unit = program.unit;
+  planned->path.feed = program.machining.feed.value_or(0);
+  planned->path.spindle = program.machining.spindle.value_or(0);
+  planned->report.uncertified_area = mesh->report.uncertified_area;
+  const OffsetSurface offset(mesh->mesh, *CutterShape::make(options.cutter), 0);
+  const PointDrop drop(offset);
+  const UnreachableArea unreachable =
+      unreachable_area(*wide, offset, drop, domain, options.outtol + mesh_options.tolerance,
+                       kReachSamples, options.threads);
+  planned->report.unreachable_area = unreachable.area;
+  planned->report.unreachable_height = unreachable.height;
+  progress(1);
+  return planned;
+}
+
+}  // namespace diesink
