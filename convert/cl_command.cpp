@@ -239,8 +239,9 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
       return status;
   }
   if (r.uncertified_area > 0) {
-    report_warning("the surface is not certified over an area of " + to_text(r.uncertified_area) +
-                   ": the path is not proven there");
+    report_warning(options.part, "the surface is not certified over an area of " +
+                                     to_text(r.uncertified_area) +
+                                     ": the path is not proven there");
   }
   return r.uncertified_area > 0 || r.overcut_bound > how->intol * (1 + 1e-9) ? ExitStatus::kNotKept
                                                                              : ExitStatus::kDone;

@@ -7,9 +7,11 @@
 namespace diesink {
 
 extern const Command kCcCommand;
+extern const Command kClCommand;
 extern const Command kConvertCommand;
 extern const Command kExportCommand;
 extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
+extern const Command kVerifyCommand;
 
 }  // namespace diesink

@@ -256,17 +256,18 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
                                             : print(as_table(*found));
   if (printed != ExitStatus::kDone) return printed;
   if (mesh->report.uncertified_area > 0) {
-    report_warning("the surface is not certified over an area of " +
-                   to_text(mesh->report.uncertified_area) +
-                   ": gouges there may be missed between lattice points");
+    report_warning(options.part, "the surface is not certified over an area of " +
+                                     to_text(mesh->report.uncertified_area) +
+                                     ": gouges there may be missed between lattice points");
   }
   if (found->rapid_plunges > 0) {
-    report_warning(std::to_string(found->rapid_plunges) +
-                   " rapid moves go down to or across the part below its highest point");
+    report_warning(options.path,
+                   std::to_string(found->rapid_plunges) +
+                       " rapid moves go down to or across the part below its highest point");
   }
   if (found->uncut_area > 0) {
-    report_warning("more than the limit of " + number(found->limit) + " stays over an area of " +
-                   number(found->uncut_area));
+    report_warning(options.path, "more than the limit of " + number(found->limit) +
+                                     " stays over an area of " + number(found->uncut_area));
   }
   // A gouge is certain only beyond what the mesh and the search may be off.
   const bool gouged = found->max_gouge - found->bound > how->intol;
