@@ -13,6 +13,7 @@
 #include "convert/paths.h"
 #include "convert/text_table.h"
 #include "core/machining/verify.h"
+#include "core/machining/wide_surface.h"
 #include "core/tessellate/tessellate.h"
 #include "formats/input_file.h"
 #include "formats/json_writer.h"
@@ -87,18 +88,13 @@ Result<VerifyOptions> verify_options(const Options& options, const ToolPath& pat
 }
 
 // The part with a margin: material around the domain counts.
-Result<Tessellation> wide_mesh(const PartProgram& program, const VerifyOptions& how) {
-  PartProgram grown = program;
-  const double margin = how.cutter.diameter / 2;
-  for (std::array<double, 2>* range : {&grown.machining.x_range, &grown.machining.y_range}) {
-    (*range)[0] -= margin;
-    (*range)[1] += margin;
-  }
-  const Result<CompoundSurface> surface = CompoundSurface::make(grown);
+Result<Tessellation> wide_mesh(const CompoundSurface& part, const VerifyOptions& how) {
+  const Result<CompoundSurface> surface = widened(part, how.cutter.diameter / 2);
   if (!surface) return surface.error();
   TessellationOptions options;
   const double tolerances = how.intol + how.outtol;
-  options.tolerance = (tolerances > 0 ? tolerances : program.machining.tolerance) * kMeshPart;
+  options.tolerance =
+      (tolerances > 0 ? tolerances : part.program().machining.tolerance) * kMeshPart;
   options.threads = how.threads;
   return tessellate(*surface, options);
 }
@@ -238,7 +234,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   Progress progress("verifying", common.quiet);
   how->threads = common.threads;
   how->progress = [&](double part) { progress.update(0.2 + 0.8 * part); };
-  const Result<Tessellation> mesh = wide_mesh(program, *how);
+  const Result<Tessellation> mesh = wide_mesh(*loaded.value, *how);
   if (!mesh) return report(mesh.error());
   const double deviation = mesh->report.certified_deviation;
   const Result<VerifyReport> found =

@@ -5,6 +5,7 @@
 
 #include "core/machining/drop.h"
 #include "core/machining/reach.h"
+#include "core/machining/wide_surface.h"
 #include "core/number.h"
 #include "core/tessellate/tessellate.h"
 
@@ -60,15 +61,11 @@ Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions&
     if (options.progress) options.progress(part);
   };
   // Material around the domain counts, as far as the cutter reaches.
-  PartProgram grown = surface.program();
-  const std::array<double, 4> domain{grown.machining.x_range[0], grown.machining.x_range[1],
-                                     grown.machining.y_range[0], grown.machining.y_range[1]};
-  const double margin = 0.5 * options.cutter.diameter + options.intol + options.outtol;
-  for (std::array<double, 2>* range : {&grown.machining.x_range, &grown.machining.y_range}) {
-    (*range)[0] -= margin;
-    (*range)[1] += margin;
-  }
-  const Result<CompoundSurface> wide = CompoundSurface::make(grown);
+  const Machining& machining = surface.program().machining;
+  const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
+                                     machining.y_range[0], machining.y_range[1]};
+  const Result<CompoundSurface> wide =
+      widened(surface, options.cutter.diameter / 2 + options.intol + options.outtol);
   if (!wide) return wide.error();
   TessellationOptions mesh_options;
   mesh_options.tolerance = (options.intol + options.outtol) / 8;
