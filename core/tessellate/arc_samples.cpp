@@ -172,7 +172,7 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
         const Vec3 p0(o.p0.x, o.p0.y, z_of(o.p0, label)), p1(o.p1.x, o.p1.y, z_of(o.p1, label));
         const double edge =
             kEdgeFactor * charts_.at(label).spacing({m.x, m.y, z_of(m, label)}, options_.tolerance);
-        if (edge > 0) weight = std::fmax(weight, (p1 - p0).norm() / edge);
+        weight = std::fmax(weight, (p1 - p0).norm() / std::fmax(edge, options_.shortest));
       }
       pieces.push_back({o.t0, o.t1, weight});
       total += weight;
@@ -413,7 +413,7 @@ void ArcSamples::sample_all(int threads) {
   }
 }
 
-ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b) {
+ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest) {
   const auto found = chords_.find(key(a, b));
   if (found == chords_.end()) return {};
   const Ref ref = found->second;
@@ -422,7 +422,6 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b) {
   Split result;
   result.arc = ref.arc;
   const ArcPoint &p = points[arc.samples[ref.sample].point], &q = points[arc.samples[next].point];
-  if (arc.samples[ref.sample].final) return result;
   const double t0 = arc.samples[ref.sample].t;
   const double t1 = arc.samples[next].t <= t0
                         ? static_cast<double>(arrangement_.arcs[ref.arc].nodes.size() - 1)
@@ -435,10 +434,7 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b) {
                          (Vec3(p.x, p.y, z_of(p, label)) - Vec3(q.x, q.y, z_of(q, label))).norm());
     }
   }
-  if (length < 2 * options_.shortest || !(t1 - t0 > 1e-9)) {
-    arc.samples[ref.sample].final = true;
-    return result;
-  }
+  if (length < 2 * shortest || !(t1 - t0 > 1e-12 * (1 + t1))) return result;
   const double t = 0.5 * (t0 + t1);
   const Trial trial{t, point_at(ref.arc, t)};
   const std::uint32_t sample = insert(ref.arc, ref.sample, trial);

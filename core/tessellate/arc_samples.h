@@ -28,7 +28,6 @@ struct ArcSample {
   double t = 0;               // stretch and fraction along the arc
   double deviation =
       0;  // bound of the distance between arc and chord to the next sample, either lifted side
-  bool final = false;  // the chord to the next sample must not be split (too short, or refused)
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
 };
 
@@ -63,7 +62,7 @@ class ArcSamples {
     std::uint32_t point = kNone;
     std::uint32_t arc = 0;
   };
-  Split split(std::uint32_t a, std::uint32_t b);
+  Split split(std::uint32_t a, std::uint32_t b, double shortest);
 
   [[nodiscard]] double z(std::uint32_t point, Label label) const;
   [[nodiscard]] Vec3 at(std::uint32_t point, Label label) const {

@@ -68,7 +68,7 @@ void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign,
       cut.push(row_of(c.label));
     }
   }
-  if (next.count == 0 && !(sign > 0 && state.hole && faces_hole)) {
+  if (next.count == 0 && (sign > 0 || !state.hole)) {
     state.ghosts.clear();  // nothing of the state is left: what was under it does not matter
   } else {
     for (const std::int32_t row : cut) state.ghosts.push(row);

@@ -272,6 +272,8 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
   std::vector<std::vector<Region::Chord>> asked(regions.size());
   std::vector<char> to_build(regions.size(), 1);
   bool any_build = true;
+  // Chords that cross are split down to the distance at which points are told apart at all.
+  const double least = 1e-9 * surface.size;
   for (int round = 0; round < options.rounds + 40; ++round) {
     const bool refining = round < options.rounds;
     parallel_blocks(regions.size(), 1, options.threads,
@@ -294,7 +296,7 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
           split_any = true;  // refine once more without it
           continue;
         }
-        const ArcSamples::Split split = samples.split(chord[0], chord[1]);
+        const ArcSamples::Split split = samples.split(chord[0], chord[1], to_build[r] ? least : options.shortest);
         if (split.point == ArcSamples::kNone) {
           // Too short, or split already by the other side: a kept segment is told to both.
           regions[r]->keep(chord);
