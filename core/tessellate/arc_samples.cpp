@@ -319,7 +319,7 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   const double d = bound(a, arc.samples[n], arc.samples[next]);
   if (d > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
-    if (std::hypot(p.x - q.x, p.y - q.y) > 4 * options_.shortest) {
+    if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t
                             ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
                             : arc.samples[next].t;
@@ -330,7 +330,11 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
       return;
     }
   }
-  if (!(d < 1e300)) {
+  const ArcPoint &e0 = points[arc.samples[n].point], &e1 = points[arc.samples[next].point];
+  if (!(d < 1e300) && std::hypot(e0.x - e1.x, e0.y - e1.y) <= 0.1 * options_.tolerance) {
+    // As a whole too short to matter: the arc of a stretch stays within the stretch's own length.
+    arcs[a].samples[n].deviation = 0.1 * options_.tolerance;
+  } else if (!(d < 1e300)) {
     // Not shown; the measured sag of the halves stands in, and the length is reported.
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     const double t1 = arc.samples[next].t <= arc.samples[n].t
@@ -389,7 +393,8 @@ void ArcSamples::sample_all(int threads) {
     } else {
       append(junction(a, true), static_cast<double>(of.nodes.size() - 1));
     }
-    for (std::uint32_t k = 0; k < arc.samples.size(); ++k) {
+    const auto first_count = static_cast<std::uint32_t>(arc.samples.size());
+    for (std::uint32_t k = 0; k < first_count; ++k) {
       const std::uint32_t after = arc.samples[k].next;
       if (after == ArcSample::kEnd) continue;
       const auto [it, fresh] =

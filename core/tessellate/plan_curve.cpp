@@ -75,7 +75,7 @@ double CurveSolver::shadow_height(const PlanCurve& curve, double x, double y) co
       if (body.face_height(ref.face, upper, x, y, z)) return z;
     }
   }
-  for (const bool upper : {true, false}) {
+  for (const bool upper : {curve.upper, !curve.upper}) {
     if (body.face_height(curve.first.face, upper, x, y, z)) return z;
   }
   return 0.5 * (body.z_low() + body.z_high());
@@ -192,8 +192,9 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
     if (k >= kHalvings && (k - kHalvings) % 12 == 0) {
       const Vec2 d = q - p;
       double t = 0, z = 0;
-      const auto accept = [&](CurveType type, const SurfaceRef& first, const SurfaceRef& second) {
-        change.curve = {type, first, second};
+      const auto accept = [&](CurveType type, const SurfaceRef& first, const SurfaceRef& second,
+                              bool upper) {
+        change.curve = {type, first, second, upper};
         change.at = {p.x() + t * d.x(), p.y() + t * d.y(), z};
       };
       // Two faces at one height.
@@ -201,7 +202,7 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         const PlanCurve meet{CurveType::kMeet, ra, rb};
         if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_sheet(a, p + t * d, z) &&
             on_sheet(b, p + t * d, z)) {
-          accept(CurveType::kMeet, ra, rb);
+          accept(CurveType::kMeet, ra, rb, true);
           change.za = change.zb = z;
           return change;
         }
@@ -213,11 +214,11 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         const auto attempt = [&](std::uint8_t face) {
           const SurfaceRef other{own.solid, face};
           if (other == own) return false;
-          const PlanCurve shadow{CurveType::kShadow, own, other};
+          const PlanCurve shadow{CurveType::kShadow, own, other, plus};
           const Vec2 mid_way = 0.5 * (p + q);
           if (!try_curve(shadow, p, d, shadow_height(shadow, mid_way.x(), mid_way.y()), t, z))
             return false;
-          accept(CurveType::kShadow, own, other);
+          accept(CurveType::kShadow, own, other, plus);
           return true;
         };
         if (body.has_side() && own.face == kFaceSide && body.side_rule() == SideRule::kBetween &&

@@ -32,6 +32,8 @@ enum class CurveType : std::uint8_t {
 struct PlanCurve {
   CurveType type = CurveType::kUnsolved;
   SurfaceRef first, second;
+  bool upper =
+      true;  // a shadow: the end of the body's upper faces (an added body), else of its lower ones
   [[nodiscard]] bool same_as(const PlanCurve& other) const {
     return type == other.type && ((first == other.first && second == other.second) ||
                                   (first == other.second && second == other.first));

@@ -47,6 +47,7 @@ class Region {
   std::uint32_t local(std::uint32_t arc_point);
   void insert_apex();
   void insert_grid();
+  [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Arrangement& arrangement_;
@@ -175,8 +176,20 @@ void Region::insert_grid() {
   }
 }
 
+double Region::longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  return std::fmax((mesh_.position[a] - mesh_.position[b]).norm(),
+                   std::fmax((mesh_.position[b] - mesh_.position[c]).norm(),
+                             (mesh_.position[c] - mesh_.position[a]).norm()));
+}
+
 double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  return deviation_(mesh_.label, mesh_.position[a], mesh_.position[b], mesh_.position[c]) +
+  // No point of a triangle is farther from its vertices, which lie on the surface, than its longest
+  // edge over the square root of three; that bounds the smallest where no better bound holds (at an
+  // apex).
+  const double flat =
+      std::fmin(deviation_(mesh_.label, mesh_.position[a], mesh_.position[b], mesh_.position[c]),
+                0.58 * longest_edge(a, b, c));
+  return flat +
          std::fmax(mesh_.border_bound[a], std::fmax(mesh_.border_bound[b], mesh_.border_bound[c]));
 }
 
@@ -189,10 +202,7 @@ std::vector<Region::Chord> Region::refine() {
   rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     if (bound_of(a, b, c) <= options_.tolerance) return false;
     // Next to nothing across: only its arcs could mend it.
-    const double longest = std::fmax((mesh_.position[a] - mesh_.position[b]).norm(),
-                                     std::fmax((mesh_.position[b] - mesh_.position[c]).norm(),
-                                               (mesh_.position[c] - mesh_.position[a]).norm()));
-    return longest > options_.shortest;
+    return longest_edge(a, b, c) > 0.25 * options_.tolerance;
   };
   rules.add_vertex = [this](const Vec2& c) {
     Vec3 p;
@@ -238,8 +248,6 @@ RegionMesh Region::finish() {
     if (d < 1e300) mesh_.largest_deviation = std::fmax(mesh_.largest_deviation, d);
     if (!(d <= options_.tolerance * (1 + 1e-9))) {
       const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
-      const double longest = std::fmax((a - b).norm(), std::fmax((b - c).norm(), (c - a).norm()));
-      if (longest <= 0.25 * options_.tolerance) continue;  // smaller than the tolerance as a whole
       mesh_.unproven_area +=
           0.5 * std::fabs((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
     }
@@ -296,7 +304,8 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
           split_any = true;  // refine once more without it
           continue;
         }
-        const ArcSamples::Split split = samples.split(chord[0], chord[1], to_build[r] ? least : options.shortest);
+        const ArcSamples::Split split =
+            samples.split(chord[0], chord[1], to_build[r] ? least : options.shortest);
         if (split.point == ArcSamples::kNone) {
           // Too short, or split already by the other side: a kept segment is told to both.
           regions[r]->keep(chord);
