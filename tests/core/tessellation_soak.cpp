@@ -1,0 +1,155 @@
+// Random part programs by the thousand, each tessellated open or solid, coarse or fine, and proved.
+// A process of its own for each, so that one that breaks or hangs is told and the rest go on.
+// usage: tessellation_soak FIRST COUNT [FOLDER]     FOLDER takes the programs that failed
+//        tessellation_soak --part FILE [TOLERANCE]  one program, all schemes
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "tests/support/load_part.h"
+#include "tests/support/mesh_proof.h"
+
+namespace diesink::test {
+namespace {
+
+constexpr unsigned kSeconds = 60;
+
+struct Trial {
+  std::string text;
+  ProofOptions options;
+};
+
+// Seeds walk through sizes, numbers of solids, tolerances and both kinds of mesh.
+Trial trial_of(std::uint64_t seed) {
+  Trial trial;
+  Random random(seed ^ 0x5EED);
+  constexpr double kSizes[] = {100, 100, 100, 1e-3, 1e4};
+  RandomProgramOptions program;
+  program.size = kSizes[random.below(5)];
+  program.solids = 1 + random.below(24);
+  program.body = program.size * random.uniform(0.04, 0.16);
+  trial.text = random_part_program(seed, program);
+  constexpr double kTolerances[] = {1e-4, 3e-4, 1e-3, 1e-2};
+  trial.options.tessellation.tolerance = kTolerances[random.below(4)] * program.size;
+  trial.options.tessellation.solid = random.chance(0.5);
+  trial.options.tessellation.scheme =
+      random.chance(0.15) ? MeshScheme::kGrid : MeshScheme::kAdaptive;
+  trial.options.tessellation.threads = 1;
+  trial.options.seed = seed;
+  trial.options.samples = 1000;
+  trial.options.may_be_empty = true;
+  return trial;
+}
+
+// The faults of one trial, found in a child; or how the child ended.
+std::string run_apart(const Trial& trial) {
+  int ends[2];
+  if (pipe(ends) != 0) return "no pipe\n";
+  const pid_t child = fork();
+  if (child < 0) return "no process\n";
+  if (child == 0) {
+    close(ends[0]);
+    alarm(kSeconds);
+    std::string faults;
+    try {
+      faults = prove(surface_of(trial.text), trial.options);
+    } catch (const std::exception& e) {
+      faults = std::string("exception: ") + e.what() + '\n';
+    }
+    const char* at = faults.data();
+    for (std::size_t left = std::min<std::size_t>(faults.size(), 4000); left > 0;) {
+      const ssize_t done = write(ends[1], at, left);
+      if (done <= 0) _exit(3);
+      at += done;
+      left -= static_cast<std::size_t>(done);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  std::string faults;
+  char buffer[4096];
+  for (ssize_t got = 0; (got = read(ends[0], buffer, sizeof buffer)) > 0;)
+    faults.append(buffer, static_cast<std::size_t>(got));
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFSIGNALED(status))
+    faults += WTERMSIG(status) == SIGALRM
+                  ? "took over a minute\n"
+                  : "broke with signal " + std::to_string(WTERMSIG(status)) + '\n';
+  return faults;
+}
+
+// A fault's kind: its words before the figures.
+std::string kind_of(const std::string& line) {
+  return line.substr(0, line.find(line.starts_with("refused") ? '\0' : ':'));
+}
+
+int soak(std::uint64_t first, std::uint64_t count, const std::string& folder) {
+  std::map<std::string, std::size_t> kinds;
+  std::size_t failed = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const Trial trial = trial_of(seed);
+    const std::string faults = run_apart(trial);
+    if (faults.empty()) continue;
+    ++failed;
+    const TessellationOptions& t = trial.options.tessellation;
+    std::printf("seed %llu (%s%s, tolerance %.3g)\n%s", static_cast<unsigned long long>(seed),
+                t.scheme == MeshScheme::kGrid ? "grid" : "adaptive", t.solid ? ", solid" : "",
+                t.tolerance, faults.c_str());
+    std::fflush(stdout);
+    std::istringstream lines(faults);
+    for (std::string line; std::getline(lines, line);) ++kinds[kind_of(line)];
+    if (!folder.empty()) {
+      std::ofstream file(folder + "/" + std::to_string(seed) + ".part");
+      std::istringstream told(faults);
+      for (std::string line; std::getline(told, line);) file << "$$ " << line << '\n';
+      file << trial.text;
+    }
+  }
+  std::printf("%zu of %llu failed\n", failed, static_cast<unsigned long long>(count));
+  for (const auto& [kind, times] : kinds) std::printf("%6zu  %s\n", times, kind.c_str());
+  return failed == 0 ? 0 : 1;
+}
+
+int one_part(const std::string& path, double tolerance) {
+  std::ifstream file(path, std::ios::binary);
+  Trial trial;
+  trial.text.assign(std::istreambuf_iterator<char>(file), {});
+  int failed = 0;
+  for (const MeshScheme scheme : {MeshScheme::kAdaptive, MeshScheme::kGrid}) {
+    for (const bool solid : {false, true}) {
+      trial.options.tessellation.scheme = scheme;
+      trial.options.tessellation.solid = solid;
+      trial.options.tessellation.tolerance = tolerance;
+      const std::string faults = run_apart(trial);
+      std::printf("%s%s: %s", scheme == MeshScheme::kGrid ? "grid" : "adaptive",
+                  solid ? ", solid" : "", faults.empty() ? "well\n" : ("\n" + faults).c_str());
+      failed += faults.empty() ? 0 : 1;
+    }
+  }
+  return failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace diesink::test
+
+int main(int count, char** words) {
+  using namespace diesink::test;
+  const std::string first = count > 1 ? words[1] : "";
+  if (first == "--part" && count > 2)
+    return one_part(words[2], count > 3 ? std::atof(words[3]) : 0);
+  if (count < 3) {
+    std::fprintf(stderr,
+                 "usage: tessellation_soak FIRST COUNT [FOLDER] | --part FILE [TOLERANCE]\n");
+    return 1;
+  }
+  return soak(std::strtoull(words[1], nullptr, 10), std::strtoull(words[2], nullptr, 10),
+              count > 3 ? words[3] : "");
+}
