@@ -9,6 +9,7 @@
 #include "core/mesh_tools/vertex_table.h"
 #include "formats/element_table.h"
 #include "formats/file_marks.h"
+#include "formats/parallel.h"
 #include "formats/stl.h"
 #include "formats/text_scanner.h"
 
@@ -255,74 +256,64 @@ bool is_word(std::string_view word, std::string_view lower) {
   return true;
 }
 
-class AsciiReader {
+// Below this a file is read by one thread.
+constexpr std::size_t kParallelBytes = std::size_t{16} << 20;
+
+// The facets of a part of the file, and where solids begin and end between them.
+struct AsciiSection {
+  struct Event {
+    bool begins = false;
+    std::size_t facet = 0;  // number of facets before it in the section
+    const char* at = nullptr;
+    std::string_view name;
+  };
+  std::vector<std::array<Vec3, 3>> facets;
+  std::vector<Event> events;
+  Tally not_finite, opposed;
+};
+
+class SectionReader {
  public:
-  AsciiReader(std::string_view text, const ReadOptions& options, Diagnostics& diagnostics)
-      : text_(text, options.file_name),
-        options_(options),
-        diagnostics_(diagnostics),
-        // A facet takes about 150 bytes with short numbers.
-        gatherer_(std::min<std::size_t>(text.size() / 150 + 1, options.max_triangles),
-                  options.weld) {}
+  // `inside`: the section begins within a solid.
+  SectionReader(const TextScanner& text, const ReadOptions& options, bool inside,
+                AsciiSection& section)
+      : text_(text), options_(options), section_(section), inside_(inside) {}
 
-  Result<TriangleMesh> read() {
-    while (text_.more()) {
-      const char* const start = text_.at();
-      if (const std::string_view word = text_.word(); !is_word(word, "solid")) {
-        return text_.error("found " + quoted(word) + ", expected 'solid'", start);
-      }
-      if (const Status solid = read_solid(start); !solid) return solid.error();
-    }
-    if (solids_ == 0) return text_.error("no 'solid' in the file");
-    if (elements_.size() == 0) diagnostics_.warning("the file has no facets", text_.place());
-    empty_.warn("solids without facets", text_, diagnostics_);
-    not_finite_.warn(kNotFiniteNormals, text_, diagnostics_);
-    opposed_.warn(kOpposedNormals, text_, diagnostics_);
-    TriangleMesh mesh;
-    gatherer_.move_into(mesh);
-    mesh.triangle_element = std::move(triangle_element_);
-    elements_.move_into(mesh);
-    return mesh;
-  }
-
- private:
-  Status read_solid(const char* start) {
-    ++solids_;
-    std::string name(text_.rest_of_line());
-    std::uint32_t element = 0;
-    bool any = false;
+  Status read() {
+    // A facet takes about 150 bytes with short numbers.
+    section_.facets.reserve(std::min(text_.left() / 150 + 1, options_.max_triangles));
     while (text_.more()) {
       const char* const at = text_.at();
       const std::string_view word = text_.word();
-      if (is_word(word, "facet")) {
-        if (!any) element = elements_.add({name, {}, std::nullopt});
-        any = true;
-        if (triangle_element_.size() == options_.max_triangles) {
-          Error over = text_.error(
-              "more facets than the limit of " + std::to_string(options_.max_triangles), at);
-          over.code = ErrorCode::kLimit;
-          return over;
-        }
-        triangle_element_.push_back(element);
+      if (inside_ && is_word(word, "facet")) {
+        if (section_.facets.size() == options_.max_triangles) return too_many(text_, options_, at);
         if (const Status facet = read_facet(); !facet) return facet;
-      } else if (is_word(word, "endsolid") ||
-                 (is_word(word, "end") && is_word(text_.word(), "solid"))) {
-        text_.rest_of_line();
-        if (!any) empty_.hit(start);
-        return ok();
       } else if (is_word(word, "solid")) {
         // Files glued together without their ends are common enough.
-        text_.move_to(at);
-        break;
+        section_.events.push_back({true, section_.facets.size(), at, text_.rest_of_line()});
+        inside_ = true;
+      } else if (inside_ && (is_word(word, "endsolid") ||
+                             (is_word(word, "end") && is_word(text_.word(), "solid")))) {
+        text_.rest_of_line();
+        section_.events.push_back({false, section_.facets.size(), at, {}});
+        inside_ = false;
       } else {
-        return text_.error("found " + quoted(word) + ", expected 'facet' or 'endsolid'", at);
+        return text_.error("found " + quoted(word) + ", expected " +
+                               (inside_ ? "'facet' or 'endsolid'" : "'solid'"),
+                           at);
       }
     }
-    diagnostics_.warning("the solid has no 'endsolid'", text_.place(start));
-    if (!any) empty_.hit(start);
     return ok();
   }
 
+  static Error too_many(const TextScanner& text, const ReadOptions& options, const char* at) {
+    Error over =
+        text.error("more facets than the limit of " + std::to_string(options.max_triangles), at);
+    over.code = ErrorCode::kLimit;
+    return over;
+  }
+
+ private:
   Status expect(std::string_view word) {
     text_.more();
     const char* const at = text_.at();
@@ -349,7 +340,7 @@ class AsciiReader {
     }
     if (const Status word = expect("outer"); !word) return word;
     if (const Status word = expect("loop"); !word) return word;
-    std::array<Vec3, 3>& corners = gatherer_.next();
+    std::array<Vec3, 3> corners;
     for (Vec3& corner : corners) {
       if (const Status word = expect("vertex"); !word) return word;
       for (int k = 0; k < 3; ++k) {
@@ -367,11 +358,11 @@ class AsciiReader {
     if (const Status word = expect("endloop"); !word) return word;
     if (const Status word = expect("endfacet"); !word) return word;
     if (!finite) {
-      not_finite_.hit(start);
+      section_.not_finite.hit(start);
     } else if (judge_normal(normal, corners) == NormalVerdict::kOpposed) {
-      opposed_.hit(start);
+      section_.opposed.hit(start);
     }
-    gatherer_.took();
+    section_.facets.push_back(corners);
     return ok();
   }
 
@@ -385,10 +376,113 @@ class AsciiReader {
 
   TextScanner text_;
   const ReadOptions& options_;
+  AsciiSection& section_;
+  bool inside_;
+};
+
+class AsciiReader {
+ public:
+  AsciiReader(std::string_view text, const ReadOptions& options, Diagnostics& diagnostics)
+      : text_(text, options.file_name), options_(options), diagnostics_(diagnostics) {}
+
+  Result<TriangleMesh> read() {
+    cut_into_sections();
+    std::vector<Status> states(sections_.size(), ok());
+    run_parallel(sections_.size(), thread_count(options_.threads), [&](std::size_t i) {
+      states[i] =
+          SectionReader(text_.section(starts_[i], starts_[i + 1]), options_, i > 0, sections_[i])
+              .read();
+    });
+    std::size_t facets = 0;
+    for (std::size_t i = 0; i < sections_.size(); ++i) {
+      if (!states[i]) return states[i].error();
+      facets += sections_[i].facets.size();
+      if (facets > options_.max_triangles)
+        return SectionReader::too_many(text_, options_, starts_[i]);
+    }
+    TriangleMesh mesh;
+    FacetGatherer gatherer(facets, options_.weld);
+    triangle_element_.reserve(facets);
+    for (AsciiSection& section : sections_) take(section, gatherer);
+    if (solids_ == 0) return text_.error("no 'solid' in the file", text_.end());
+    if (inside_) end_solid(false);
+    if (elements_.size() == 0)
+      diagnostics_.warning("the file has no facets", text_.place(text_.end()));
+    empty_.warn("solids without facets", text_, diagnostics_);
+    not_finite_.warn(kNotFiniteNormals, text_, diagnostics_);
+    opposed_.warn(kOpposedNormals, text_, diagnostics_);
+    gatherer.move_into(mesh);
+    mesh.triangle_element = std::move(triangle_element_);
+    elements_.move_into(mesh);
+    return mesh;
+  }
+
+ private:
+  // Sections begin behind an `endfacet` that is the first word of its line, which no solid's name
+  // can be.
+  void cut_into_sections() {
+    const char* const begin = text_.begin();
+    const char* const end = text_.end();
+    const std::size_t size = text_.left();
+    const auto threads = static_cast<std::size_t>(thread_count(options_.threads));
+    const std::size_t wanted =
+        size < kParallelBytes ? 1 : std::min(threads, size / (kParallelBytes / 4));
+    starts_.assign(1, begin);
+    for (std::size_t i = 1; i < wanted; ++i) {
+      TextScanner ahead = text_.section(std::max(begin + size / wanted * i, starts_.back()), end);
+      while (!ahead.at_end()) {
+        ahead.skip_line();
+        if (is_word(ahead.word(), "endfacet")) {
+          starts_.push_back(ahead.at());
+          break;
+        }
+      }
+    }
+    starts_.push_back(end);
+    sections_.resize(starts_.size() - 1);
+  }
+
+  void take(AsciiSection& section, FacetGatherer& gatherer) {
+    auto event = section.events.begin();
+    for (std::size_t facet = 0; facet <= section.facets.size(); ++facet) {
+      for (; event != section.events.end() && event->facet == facet; ++event) {
+        if (inside_) end_solid(!event->begins);
+        inside_ = event->begins;
+        if (!inside_) continue;
+        ++solids_;
+        start_ = event->at;
+        name_ = event->name;
+        any_ = false;
+      }
+      if (facet == section.facets.size()) break;
+      if (!any_) element_ = elements_.add({std::string(name_), {}, std::nullopt});
+      any_ = true;
+      triangle_element_.push_back(element_);
+      gatherer.next() = section.facets[facet];
+      gatherer.took();
+    }
+    not_finite_.add(section.not_finite);
+    opposed_.add(section.opposed);
+    section = {};
+  }
+
+  void end_solid(bool told) {
+    if (!told) diagnostics_.warning("the solid has no 'endsolid'", text_.place(start_));
+    if (!any_) empty_.hit(start_);
+  }
+
+  TextScanner text_;
+  const ReadOptions& options_;
   Diagnostics& diagnostics_;
-  FacetGatherer gatherer_;
+  std::vector<const char*> starts_;
+  std::vector<AsciiSection> sections_;
   ElementTable elements_;
   std::vector<std::uint32_t> triangle_element_;
+  // The solid that is being gathered.
+  bool inside_ = false, any_ = false;
+  const char* start_ = nullptr;
+  std::string_view name_;
+  std::uint32_t element_ = 0;
   std::size_t solids_ = 0;
   Tally empty_, not_finite_, opposed_;
 };

@@ -195,6 +195,32 @@ TEST(MeshRoundTrip, BinaryStlTellsHowFarFloatsMovedTheVertices) {
   EXPECT_FALSE(kStl.write(mesh, {}));
 }
 
+TEST(MeshRoundTrip, ALargeAsciiStlIsTheSameForAnyNumberOfThreads) {
+  TriangleMesh torus = testing::torus_mesh(220, 250);
+  for (std::uint32_t e = 0; e < 40; ++e)
+    torus.elements.push_back({"S" + std::to_string(e) + " endfacet", "", std::nullopt});
+  for (std::size_t t = 0; t < torus.triangles.size(); ++t) {
+    torus.triangle_element.push_back(static_cast<std::uint32_t>(t * 40 / torus.triangles.size()));
+  }
+  WriteOptions options;
+  options.ascii = true;
+  const Result<WrittenMesh> written = kStl.write(torus, options);
+  ASSERT_TRUE(written);
+  ASSERT_GT(written->files[0].bytes.size(), std::size_t{16} << 20);
+  const Compared kept{true, true, false, false, false, false, false, false};
+  for (const int threads : {1, 2, 7}) {
+    ReadOptions reading;
+    reading.threads = threads;
+    Diagnostics diagnostics;
+    const Result<TriangleMesh> mesh = kStl.read(written->files[0].bytes, reading, diagnostics);
+    ASSERT_TRUE(mesh) << to_text(mesh.error());
+    EXPECT_TRUE(diagnostics.all().empty());
+    EXPECT_EQ(mesh->positions.size(), torus.positions.size());
+    EXPECT_EQ(mesh->triangle_element, torus.triangle_element);
+    EXPECT_EQ(difference(signature(*mesh, kept), signature(torus, kept)), "") << threads;
+  }
+}
+
 TEST(MeshRoundTrip, ALargeObjIsTheSameForAnyNumberOfThreads) {
   // Groups, normals, comments, polygons, backward numbers and continued lines over the sections'
   // borders.
