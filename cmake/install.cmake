@@ -9,7 +9,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 # What the static libraries link besides; a project that links them has to find it.
-set(DIESINK_PRIVATE_PACKAGES "hwy draco nlohmann_json meshoptimizer")
+set(DIESINK_PRIVATE_PACKAGES "hwy draco nlohmann_json meshoptimizer PNG")
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/diesink)
 install(EXPORT diesink-targets NAMESPACE diesink:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/diesink-config.cmake.in

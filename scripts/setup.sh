@@ -16,6 +16,7 @@ build=(
   libtinygltf-dev      # glTF reader and writer (headers only)
   nlohmann-json3-dev   # JSON of glTF
   libmeshoptimizer-dev # EXT_meshopt_compression
+  libpng-dev           # pictures
 )
 tests=(
   libgtest-dev         # unit tests
