@@ -150,7 +150,7 @@ inline void check_deviation(const CompoundSurface& surface, const Tessellation& 
   const double slack = t * (1 + 1e-6) + 1e-11 * surface.size();
   Random random(seed);
   Tally off, far, hole, label, change;
-  for (int k = 0; k < samples; ++k) {
+  for (int k = 0; k < samples && off.count < 4; ++k) {  // proving a fault is slow
     const auto triangle =
         static_cast<std::uint32_t>(random.below(static_cast<int>(mesh.triangles.size())));
     double u = random.uniform(0, 1), v = random.uniform(0, 1);

@@ -1,0 +1,157 @@
+// What holds of every mesh the tessellator makes: the fixtures, random programs, threads, spacing,
+// and volumes known in closed form.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/tessellate.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <sstream>
+
+#include "tests/support/load_part.h"
+#include "tests/support/mesh_proof.h"
+#include "tests/support/named_cases.h"
+
+namespace diesink::test {
+namespace {
+
+class Fixtures : public testing::TestWithParam<const char*> {};
+
+TEST_P(Fixtures, AreProved) {
+  const CompoundSurface surface = fixture(GetParam());
+  ProofOptions options;
+  options.samples = 1000;
+  for (const bool solid : {false, true}) {
+    options.tessellation.solid = solid;
+    for (const double factor : {1.0, 8.0}) {
+      options.tessellation.scheme = MeshScheme::kAdaptive;
+      options.tessellation.tolerance = factor * surface.program().machining.tolerance;
+      EXPECT_EQ(prove(surface, options), "") << (solid ? "solid " : "sheet ") << factor;
+    }
+    options.tessellation.scheme = MeshScheme::kGrid;
+    EXPECT_EQ(prove(surface, options), "") << (solid ? "solid grid" : "grid");
+  }
+}
+
+TEST_P(Fixtures, GiveTheSameBytesForAnyThreads) {
+  const CompoundSurface surface = fixture(GetParam());
+  TessellationOptions options;
+  options.solid = true;
+  options.threads = 1;
+  const Result<Tessellation> one = tessellate(surface, options);
+  ASSERT_TRUE(one);
+  for (const int threads : {2, 7}) {
+    options.threads = threads;
+    const Result<Tessellation> many = tessellate(surface, options);
+    ASSERT_TRUE(many);
+    EXPECT_TRUE(same_bytes(one->mesh, many->mesh)) << threads;
+    EXPECT_EQ(one->report.certified_deviation, many->report.certified_deviation);
+    EXPECT_EQ(one->report.uncertified_area, many->report.uncertified_area);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Parts, Fixtures,
+                         testing::Values("allprims", "border", "fig6", "groups", "inch", "nobase",
+                                         "spheres"),
+                         [](const testing::TestParamInfo<const char*>& of) {
+                           return std::string(of.param);
+                         });
+
+// The text with every X-INT and Y-INT statement replaced.
+std::string with_interval(const std::string& text, const std::string& interval) {
+  std::string out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("X-INT") || line.starts_with("Y-INT"))
+      line = line.substr(0, 5) + "," + interval;
+    out += line + '\n';
+  }
+  return out;
+}
+
+TEST(Tessellate, DoesNotDependOnTheGrid) {
+  const std::string text = part_text("fig6");
+  TessellationOptions options;
+  const Result<Tessellation> fine = tessellate(surface_of(with_interval(text, "0.1")), options);
+  const Result<Tessellation> coarse = tessellate(surface_of(with_interval(text, "17")), options);
+  ASSERT_TRUE(fine && coarse);
+  EXPECT_TRUE(same_bytes(fine->mesh, coarse->mesh));
+}
+
+double volume_of(const std::string& text, double tolerance, std::string* faults = nullptr) {
+  const CompoundSurface surface = surface_of(text);
+  ProofOptions options;
+  options.tessellation.solid = true;
+  options.tessellation.floor = -20;
+  options.tessellation.tolerance = tolerance;
+  const Result<Tessellation> made = tessellate(surface, options.tessellation);
+  if (!made) return -1;
+  if (faults) *faults = faults_of(surface, options, *made);
+  return made->report.volume;
+}
+
+// What is added to 40 x 40 x 20, against the body's own volume; a deviation of t over its area can
+// change no more than their product.
+TEST(Tessellate, VolumesAreThoseOfTheBodies) {
+  constexpr double kPlate = 40.0 * 40 * 20, kPi = std::numbers::pi;
+  struct Row {
+    const char* what;
+    std::string text;
+    double volume, area;
+  };
+  const Row rows[] = {
+      {"hemisphere", on_plane(sphere("S", "20,20,0", "8"), "+S"), 2 * kPi * 512 / 3, 2 * kPi * 64},
+      {"pocket", on_plane(sphere("S", "20,20,0", "8"), "-S"), -2 * kPi * 512 / 3, 2 * kPi * 64},
+      // Vertical lines fill what lies under the sphere.
+      {"sphere", on_plane(sphere("S", "20,20,8", "8"), "+S"), kPi * 512 + 2 * kPi * 512 / 3,
+       4 * kPi * 64},
+      {"upright cylinder", on_plane(cylinder("A", "20,20,-1", "20,20,5", "7"), "+A"), kPi * 49 * 5,
+       kPi * 49 + 14 * kPi * 5},
+      {"cone", on_plane(cone("K", "20,20,0", "20,20,12", "9"), "+K"), kPi * 81 * 4, kPi * 9 * 15},
+      {"box", on_plane(box("A", "5,5,-1", "30,30,4"), "+A"), 625 * 4, 0},
+      {"box pocket", on_plane(box("A", "5,5,-3", "30,30,4"), "-A"), -625 * 3, 0},
+  };
+  for (const Row& row : rows) {
+    for (const double tolerance : {0.05, 0.005}) {
+      std::string faults;
+      const double added = volume_of(row.text, tolerance, &faults) - kPlate;
+      EXPECT_EQ(faults, "") << row.what;
+      EXPECT_NEAR(added, row.volume, tolerance * row.area + 1e-9 * kPlate) << row.what;
+    }
+  }
+}
+
+TEST(Tessellate, FlatFacesTakeFewTriangles) {
+  TessellationOptions options;
+  const Result<Tessellation> made =
+      tessellate(surface_of(on_plane(box("A", "5,5,-1", "30,30,4"), "+A")), options);
+  ASSERT_TRUE(made);
+  EXPECT_LT(made->mesh.triangles.size(), 400u);
+  EXPECT_LT(made->report.certified_deviation, 1e-9);
+}
+
+TEST(Tessellate, RefusesAFloorThatIsNotBelow) {
+  TessellationOptions options;
+  options.solid = true;
+  options.floor = 1;
+  EXPECT_FALSE(tessellate(surface_of(on_plane(sphere("S", "20,20,0", "8"), "+S")), options));
+}
+
+// Far fewer than the soak's.
+TEST(Tessellate, RandomProgramsAreProved) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    RandomProgramOptions program;
+    program.solids = 5;
+    program.base = RandomBase::kPlane;
+    program.groups = false;
+    ProofOptions options;
+    options.samples = 500;
+    options.seed = seed;
+    options.tessellation.tolerance = 0.1;
+    options.tessellation.solid = seed % 2 == 0;
+    EXPECT_EQ(prove(surface_of(random_part_program(seed, program)), options), "") << seed;
+  }
+}
+
+}  // namespace
+}  // namespace diesink::test

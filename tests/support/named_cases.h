@@ -1,0 +1,176 @@
+// The degenerate dies by name: what touches, coincides, fades or is thin. Each a part program.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace diesink::test {
+
+struct NamedCase {
+  std::string name;
+  std::string text;
+  double tolerance = 0.01;
+};
+
+// A program on the plane z = 0 over [x0, x1] x [y0, y1]; `expression` goes on after B.
+inline std::string on_plane(const std::string& solids, const std::string& expression,
+                            const std::string& x_range = "0,40",
+                            const std::string& y_range = "0,40") {
+  return "SOLID-DEF\n" + solids + "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB" + expression +
+         "\nMACHI-DEF\nX-RNG," + x_range + "\nY-RNG," + y_range + "\nTOLER,.01\n";
+}
+
+inline std::string sphere(const std::string& id, const std::string& centre,
+                          const std::string& radius) {
+  return id + ",SPHER,1\nP1," + centre + "\nRAD," + radius + "\n";
+}
+inline std::string box(const std::string& id, const std::string& low, const std::string& high) {
+  return id + ",4-PRIS,3\nP1," + low + "\nP2," + high + "\n";
+}
+inline std::string cylinder(const std::string& id, const std::string& from, const std::string& to,
+                            const std::string& radius) {
+  return id + ",R-CYLI,1\nP1," + from + "\nP2," + to + "\nRAD," + radius + "\n";
+}
+inline std::string cone(const std::string& id, const std::string& base, const std::string& apex,
+                        const std::string& radius) {
+  return id + ",R-CONE,1\nP1," + base + "\nP2," + apex + "\nRAD," + radius + "\n";
+}
+
+inline std::vector<NamedCase> all_named_cases() {
+  const auto steinmetz = [](const std::string& radius) {
+    return on_plane(
+        cylinder("A", "5,20,0", "35,20,0", "8") + cylinder("C", "20,5,0", "20,35,0", radius),
+        "+A+C");
+  };
+  return {
+      {"SphereOnPlane", on_plane(sphere("S", "20,20,8", "8"), "+S")},
+      {"SphereUnderPlane", on_plane(sphere("S", "20,20,-8", "8"), "+S")},
+      {"SphereTopFlushWithPlaneSubtracted", on_plane(sphere("S", "20,20,8", "8"), "-S")},
+      {"HemisphereBoss", on_plane(sphere("S", "20,20,0", "8"), "+S")},
+      {"HemispherePocket", on_plane(sphere("S", "20,20,0", "8"), "-S")},
+      {"SpheresSideBySide",
+       on_plane(sphere("S", "12,20,0", "8") + sphere("T", "28,20,0", "8"), "+S+T")},
+      {"SphereInSphereTouching",
+       on_plane(sphere("S", "20,20,0", "8") + sphere("T", "20,20,4", "4"), "+S+T")},
+      {"SameSphereTwice",
+       on_plane(sphere("S", "20,20,0", "8") + sphere("T", "20,20,0", "8"), "+S+T")},
+      {"CylindersSideBySide",
+       on_plane(cylinder("A", "5,12,0", "35,12,0", "8") + cylinder("C", "5,28,0", "35,28,0", "8"),
+                "+A+C")},
+      {"CylinderOnCylinder",
+       on_plane(cylinder("A", "5,20,0", "35,20,0", "6") + cylinder("C", "20,5,9", "20,35,9", "3"),
+                "+A+C")},
+      {"CylinderLyingOnPlane", on_plane(cylinder("A", "5,20,6", "35,20,6", "6"), "+A")},
+      {"Steinmetz", steinmetz("8")},
+      {"SteinmetzJustSmaller", steinmetz("7.9999999")},
+      {"SteinmetzJustLarger", steinmetz("8.0000001")},
+      {"SteinmetzPocket",
+       on_plane(cylinder("A", "5,20,0", "35,20,0", "8") + cylinder("C", "20,5,0", "20,35,0", "8"),
+                "-A-C")},
+      {"FlushBoxes",
+       on_plane(box("A", "5,5,-1", "20,20,4") + box("C", "20,5,-1", "35,20,4"), "+A+C")},
+      {"OverlappingFlushBoxes",
+       on_plane(box("A", "5,5,-1", "20,20,4") + box("C", "12,12,-1", "35,30,4"), "+A+C")},
+      {"StackedBoxes",
+       on_plane(box("A", "5,5,-1", "30,30,4") + box("C", "10,10,4", "20,20,8"), "+A+C")},
+      {"TopFlushWithPlane", on_plane(box("A", "5,5,-4", "30,30,0"), "+A")},
+      {"PocketFloorFlushWithPlane", on_plane(box("A", "5,5,0", "30,30,4"), "-A")},
+      {"BoxesMeetingInAnEdge",
+       on_plane(box("A", "5,5,-1", "20,20,4") + box("C", "20,20,-1", "35,35,6"), "+A+C")},
+      {"PocketsMeetingInACorner",
+       on_plane(box("A", "5,5,-3", "20,20,4") + box("C", "20,20,-5", "35,35,6"), "-A-C")},
+      {"ConcentricCylinders", on_plane(cylinder("A", "20,20,-1", "20,20,4", "10") +
+                                           cylinder("C", "20,20,-1", "20,20,8", "10"),
+                                       "+A+C")},
+      {"CylinderFlushInPocket", on_plane(cylinder("A", "20,20,-6", "20,20,4", "10") +
+                                             cylinder("C", "20,20,-8", "20,20,-3", "10"),
+                                         "-A+C")},
+      {"WallsOnTheBorder",
+       on_plane(box("A", "0,0,-1", "20,20,4") + box("C", "30,10,-1", "40,40,3"), "+A+C")},
+      {"RimThroughTheBorder", on_plane(cylinder("A", "40,20,-1", "40,20,5", "8"), "+A")},
+      {"RimTouchingTheBorder", on_plane(cylinder("A", "32,20,-1", "32,20,5", "8"), "+A")},
+      {"SphereOverTheBorder", on_plane(sphere("A", "40,40,0", "9"), "+A")},
+      {"ConeApexUp", on_plane(cone("K", "20,20,0", "20,20,12", "9"), "+K")},
+      {"ConeApexDownPocket", on_plane(cone("K", "20,20,1", "20,20,-9", "9"), "-K")},
+      {"ConeApexOnPlane", on_plane(cone("K", "20,20,-9", "20,20,0", "9"), "+K")},
+      {"ConeApexOnTheBorder", on_plane(cone("K", "40,20,0", "40,20,12", "9"), "+K")},
+      {"ConeLying", on_plane(cone("K", "8,20,0", "32,20,0", "8"), "+K")},
+      {"ConeLeaningWithOverhang", on_plane(cone("K", "8,20,2", "32,24,9", "6"), "+K")},
+      {"ThreeSpheresThroughOnePoint",
+       on_plane(sphere("R", "26,20,0", "10") + sphere("S", "17,25.196152422706632,0", "10") +
+                    sphere("T", "17,14.803847577293368,0", "10"),
+                "+R+S+T")},
+      {"FourRidgesInOnePoint",
+       on_plane(cylinder("A", "5,20,0", "35,20,0", "6") + cylinder("C", "20,5,0", "20,35,0", "6") +
+                    cylinder("D", "8,8,0", "32,32,0", "6"),
+                "+A+C+D")},
+      {"PyramidsMeetingInAnApex",
+       on_plane("P,PYRAM,1\nP1,10,10,0\nP2,30,10,0\nP3,30,30,0\nP4,10,30,0\nP5,20,20,8\n" +
+                    sphere("S", "20,20,0", "8"),
+                "+P+S")},
+      {"FadingJump", on_plane(cylinder("A", "5,20,2", "35,20,-3", "6"), "+A")},
+      {"FadingJumpOfASphere",
+       on_plane(sphere("S", "20,20,3", "8") + box("A", "5,10,-1", "22,30,3"), "+S+A")},
+      {"OverhangOverAStep",
+       on_plane(box("A", "5,5,-1", "20,35,3") + cylinder("C", "8,20,6", "34,20,6", "4"), "+A+C")},
+      {"NeedleWall", on_plane(box("A", "5,20,-1", "35,20.002,6"), "+A")},
+      {"NeedleGap",
+       on_plane(box("A", "5,5,-1", "20,35,6") + box("C", "20.001,5,-1", "35,35,6"), "+A+C")},
+      {"SliverOfPlaneBetweenCylinders", on_plane(cylinder("A", "20,10,-1", "20,10,5", "9.9995") +
+                                                     cylinder("C", "20,30,-1", "20,30,7", "9.9995"),
+                                                 "+A+C")},
+      {"TinySphere", on_plane(sphere("S", "20.123,20.321,0", "0.05"), "+S"), 0.005},
+      {"TinyPeg", on_plane(cylinder("A", "7.77,31.3,-1", "7.77,31.3,2", "0.02"), "+A")},
+      {"TinySlot", on_plane(box("A", "3,17.01,-2", "37,17.05,3"), "-A")},
+      {"IslandInAPocket", on_plane(sphere("S", "20,20,4", "12") +
+                                       cylinder("A", "20.2,20.1,-20", "20.2,20.1,-6", "0.1"),
+                                   "-S+A")},
+      {"DrilledThroughADome",
+       on_plane(sphere("S", "20,20,0", "12") + cylinder("A", "20,20,-3", "20,20,30", "4"), "+S-A")},
+      {"GrooveAcrossADome",
+       on_plane(sphere("S", "20,20,0", "12") + cylinder("A", "0,20,11", "40,20,11", "3"), "+S-A")},
+      {"PlanShadowsTouchInAPoint", on_plane(cylinder("A", "12,20,-1", "12,20,5", "8") +
+                                                cylinder("C", "28,20,-1", "28,20,5", "8"),
+                                            "+A+C")},
+      {"ThousandthOfAMillimetre",
+       on_plane(sphere("S", ".0004,.0005,0", ".0002") +
+                    cylinder("A", ".0005,.0005,-.0001", ".0005,.0005,.0003", ".0001"),
+                "+S+A", "0,.001", "0,.001"),
+       1e-6},
+      {"TenMetres",
+       on_plane(sphere("S", "4000,5000,0", "2000") +
+                    cylinder("A", "5000,5000,-1000", "5000,5000,3000", "1000"),
+                "+S+A", "0,10000", "0,10000"),
+       5},
+      {"AKilometreAway", on_plane(sphere("S", "1000020,1000020,0", "8") +
+                                      cylinder("A", "1000020,1000020,-1", "1000020,1000020,9", "3"),
+                                  "+S+A", "1000000,1000040", "1000000,1000040")},
+      {"NoBaseTwoTouchingDiscs",
+       "SOLID-DEF\n" + cylinder("A", "12,20,0", "12,20,5", "8") +
+           cylinder("C", "28,20,0", "28,20,5", "8") +
+           "BOOLE-DEF\nA+C\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
+      {"NoBaseSphereOverTheBorder",
+       "SOLID-DEF\n" + sphere("A", "38,20,0", "8") +
+           "BOOLE-DEF\nA\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
+      {"NoBaseBoxOfTheWholeDomain",
+       "SOLID-DEF\n" + box("A", "0,0,0", "40,40,5") + sphere("S", "20,20,5", "6") +
+           "BOOLE-DEF\nA-S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
+  };
+}
+
+// Those that hold, or those that are known not to.
+inline std::vector<NamedCase> named_cases(bool holds = true) {
+  std::vector<NamedCase> out;
+  for (const NamedCase& c : all_named_cases()) {
+    const bool fails = c.name == "SpheresSideBySide" || c.name == "Steinmetz" ||
+                       c.name == "SteinmetzPocket" || c.name == "BoxesMeetingInAnEdge" ||
+                       c.name == "PocketsMeetingInACorner" || c.name == "PyramidsMeetingInAnApex" ||
+                       c.name == "PlanShadowsTouchInAPoint" || c.name == "NoBaseTwoTouchingDiscs" ||
+                       c.name == "SameSphereTwice" || c.name == "FourRidgesInOnePoint";
+    if (fails != holds) out.push_back(c);
+  }
+  return out;
+}
+
+}  // namespace diesink::test
