@@ -64,8 +64,7 @@ void CellTree::grow(std::int32_t cell, const std::vector<std::uint32_t>& steps) 
   const CellBox box = CellBox::of(cells[static_cast<std::size_t>(cell)].box);
   CellVerdict verdict;
   classify(surface_, vertices_, box, here, limits_.flat, verdict);
-  if (verdict.kind == CellKind::kArc ||
-      (verdict.kind == CellKind::kCorner && !verdict.has_vertex)) {
+  if (verdict.kind == CellKind::kArc || verdict.kind == CellKind::kCorner) {
     for (const PlanFunction& f : verdict.functions) {
       if (!nearly_straight(f)) verdict.kind = CellKind::kUnknown;
     }

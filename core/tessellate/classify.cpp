@@ -178,6 +178,7 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     }
   }
   // One body's own vertex: every function is that body's own and passes through the vertex.
+  // Every one regular: what it bounds enters and leaves.
   if (fs.count > 0 && fs[0].solid >= 0) {
     const std::int32_t solid = fs[0].solid;
     for (const PlanFunction& f : fs) {
@@ -198,7 +199,10 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     for (const PlanFunction& f : fs) {
       if (f.kind == PlanFunction::Kind::kSilhouette) {
         ++silhouettes;
-        continue;
+        if (f.bend != 0) {  // a conic: with one other function only
+          if (!f.regular() || fs.count != 2) return;
+          continue;
+        }
       }
       if (f.kind == PlanFunction::Kind::kRim) {
         ++rims;

@@ -47,10 +47,12 @@ bool CurveSolver::height(Label label, double x, double y, double& z) const {
     return true;
   }
   const BodyLine& body = surface_->bodies[static_cast<std::size_t>(step.solid)];
-  if (!body.face_height(static_cast<std::uint8_t>(face_of(label)), step.sign == Sign::kPlus, x, y, z)) {
+  if (!body.face_height(static_cast<std::uint8_t>(face_of(label)), step.sign == Sign::kPlus, x, y,
+                        z)) {
     return false;
   }
-  // Beside its body a face's surface may run off to anywhere (the other nappe of a cone): no height then.
+  // Beside its body a face's surface may run off to anywhere (the other nappe of a cone): no height
+  // then.
   const double near = 1e-6 * surface_->size;
   return z >= body.z_low() - near && z <= body.z_high() + near;
 }
