@@ -18,6 +18,7 @@ struct GougeSearch::Scratch {
 namespace {
 
 constexpr std::size_t kMovesABlock = 256;
+constexpr std::size_t kSampleStep = 97;
 
 int cell_of(double at, double from, double cell, int count) {
   return static_cast<int>(std::clamp(std::floor((at - from) / cell), 0.0, count - 1.0));
@@ -175,8 +176,15 @@ void GougeSearch::search(const SweepMove& move, std::size_t index, Scratch& scra
 }
 
 Gouge GougeSearch::deepest(const std::vector<SweepMove>& moves, int threads) const {
+  // The worst of a sample first: whatever cannot be deeper than that is passed over quickly.
+  Gouge all;
+  {
+    Scratch s;
+    s.seen.assign(mesh_->triangles.size(), 0);
+    for (std::size_t k = 0; k < moves.size(); k += kSampleStep) search(moves[k], k, s, all);
+  }
   const std::size_t blocks = (moves.size() + kMovesABlock - 1) / kMovesABlock;
-  std::vector<Gouge> worst(blocks);
+  std::vector<Gouge> worst(blocks, all);
   std::vector<Scratch> scratch(static_cast<std::size_t>(thread_count(threads)));
   parallel_blocks(moves.size(), kMovesABlock, threads,
                   [&](std::size_t begin, std::size_t end, int worker) {
@@ -189,7 +197,6 @@ Gouge GougeSearch::deepest(const std::vector<SweepMove>& moves, int threads) con
                       search(moves[k], k, s, worst[begin / kMovesABlock]);
                   });
   // Each block's own worst, so that the answer does not hang on who was first.
-  Gouge all;
   for (const Gouge& w : worst) {
     all.bound = std::fmax(all.bound, w.bound);
     if (w.depth > all.depth) {

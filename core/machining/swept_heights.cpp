@@ -11,7 +11,7 @@ namespace diesink {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kTile = 8;  // points a side
+constexpr std::size_t kTile = 4;  // points a side
 
 // Where along the move, in plan length from its start, the cutter is lowest over a point that lies
 // at u along and w across it; the height along the move rises by `slope`. Found as the foot of the
@@ -115,7 +115,7 @@ std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<S
                                   const PlanLattice& lattice, int threads) {
   std::vector<double> heights(lattice.columns * lattice.rows, kInfinity);
   const double R = cutter.radius();
-  constexpr std::size_t kBandRows = 4 * kTile;
+  constexpr std::size_t kBandRows = 8 * kTile;
   const std::size_t bands = (lattice.rows + kBandRows - 1) / kBandRows;
   // Moves by the bands of rows they come over, in their order.
   const auto rows_of = [&](const SweepMove& m) {
