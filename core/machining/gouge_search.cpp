@@ -37,8 +37,8 @@ bool clip(const SweepMove& move, double x0, double x1, double y0, double y1, dou
       continue;
     }
     const double a = (lo - from) / d, b = (hi - from) / d;
-    t0 = std::fmax(t0, std::fmin(a, b));
-    t1 = std::fmin(t1, std::fmax(a, b));
+    t0 = std::max(t0, std::min(a, b));
+    t1 = std::min(t1, std::max(a, b));
   }
   return t0 <= t1;
 }
@@ -47,19 +47,24 @@ bool clip(const SweepMove& move, double x0, double x1, double y0, double y1, dou
 double height_bound(const CutterShape& cutter, const SweepMove& move, double x0, double x1,
                     double y0, double y1) {
   const double R = cutter.radius();
-  double t0, t1;
-  if (!clip(move, x0 - R, x1 + R, y0 - R, y1 + R, t0, t1)) {
-    return std::numeric_limits<double>::infinity();
-  }
   const Vec3 d = move.to - move.from;
-  const Vec3 a = move.from + t0 * d, b = move.from + t1 * d;
+  Vec3 a = move.from, b = move.to;
+  // Of a long move only the part near the box counts.
+  if (std::abs(d.x()) + std::abs(d.y()) > R) {
+    double t0, t1;
+    if (!clip(move, x0 - R, x1 + R, y0 - R, y1 + R, t0, t1)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    a = move.from + t0 * d;
+    b = move.from + t1 * d;
+  }
   const double gap_x =
-      std::fmax(0, std::fmax(x0 - std::fmax(a.x(), b.x()), std::fmin(a.x(), b.x()) - x1));
+      std::max(0.0, std::max(x0 - std::max(a.x(), b.x()), std::min(a.x(), b.x()) - x1));
   const double gap_y =
-      std::fmax(0, std::fmax(y0 - std::fmax(a.y(), b.y()), std::fmin(a.y(), b.y()) - y1));
-  const double gap = std::hypot(gap_x, gap_y);
+      std::max(0.0, std::max(y0 - std::max(a.y(), b.y()), std::min(a.y(), b.y()) - y1));
+  const double gap = std::sqrt(gap_x * gap_x + gap_y * gap_y);
   if (gap > R) return std::numeric_limits<double>::infinity();
-  return std::fmin(a.z(), b.z()) + cutter.height(gap);
+  return std::min(a.z(), b.z()) + cutter.height(gap);
 }
 
 }  // namespace
@@ -75,18 +80,18 @@ GougeSearch::GougeSearch(const TriangleMesh& mesh, const CutterShape& cutter)
       ceiling_ = p.z();
       first = false;
     }
-    x0_ = std::fmin(x0_, p.x());
-    x1 = std::fmax(x1, p.x());
-    y0_ = std::fmin(y0_, p.y());
-    y1 = std::fmax(y1, p.y());
-    ceiling_ = std::fmax(ceiling_, p.z());
+    x0_ = std::min(x0_, p.x());
+    x1 = std::max(x1, p.x());
+    y0_ = std::min(y0_, p.y());
+    y1 = std::max(y1, p.y());
+    ceiling_ = std::max(ceiling_, p.z());
   }
-  const double width = std::fmax(x1 - x0_, 1e-300), depth = std::fmax(y1 - y0_, 1e-300);
-  const double count = std::fmax(1, static_cast<double>(mesh.triangles.size()));
-  cell_ = std::fmax(std::fmin(cutter.radius() / 8, std::sqrt(8 * width * depth / count)),
-                    std::fmax(width, depth) / 4096);
-  nx_ = static_cast<int>(std::fmax(1, std::ceil(width / cell_)));
-  ny_ = static_cast<int>(std::fmax(1, std::ceil(depth / cell_)));
+  const double width = std::max(x1 - x0_, 1e-300), depth = std::max(y1 - y0_, 1e-300);
+  const double count = std::max(1.0, static_cast<double>(mesh.triangles.size()));
+  cell_ = std::max(std::min(cutter.radius() / 8, std::sqrt(8 * width * depth / count)),
+                   std::max(width, depth) / 4096);
+  nx_ = static_cast<int>(std::max(1.0, std::ceil(width / cell_)));
+  ny_ = static_cast<int>(std::max(1.0, std::ceil(depth / cell_)));
   const auto cells = static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_);
   start_.assign(cells + 1, 0);
   tops_.assign(cells, -std::numeric_limits<float>::infinity());
@@ -108,7 +113,7 @@ GougeSearch::GougeSearch(const TriangleMesh& mesh, const CutterShape& cutter)
       ++start_[c + 1];
       const float rounded =
           std::nextafter(static_cast<float>(top), std::numeric_limits<float>::infinity());
-      tops_[c] = std::fmax(tops_[c], rounded);
+      tops_[c] = std::max(tops_[c], rounded);
     });
   }
   for (std::size_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
@@ -123,13 +128,13 @@ void GougeSearch::search(const SweepMove& move, std::size_t index, Scratch& scra
                          Gouge& worst) const {
   const double R = cutter_.radius();
   // Nothing of the part is higher: most rapid moves end here.
-  if (std::fmin(move.from.z(), move.to.z()) >= ceiling_) return;
+  if (std::min(move.from.z(), move.to.z()) >= ceiling_) return;
   ++scratch.mark;
-  const double ceiling = std::fmax(ceiling_, std::fmax(move.from.z(), move.to.z())) + 4 * R;
-  const double low_x = std::fmin(move.from.x(), move.to.x()) - R;
-  const double high_x = std::fmax(move.from.x(), move.to.x()) + R;
-  const double low_y = std::fmin(move.from.y(), move.to.y()) - R;
-  const double high_y = std::fmax(move.from.y(), move.to.y()) + R;
+  const double ceiling = std::max(ceiling_, std::max(move.from.z(), move.to.z())) + 4 * R;
+  const double low_x = std::min(move.from.x(), move.to.x()) - R;
+  const double high_x = std::max(move.from.x(), move.to.x()) + R;
+  const double low_y = std::min(move.from.y(), move.to.y()) - R;
+  const double high_y = std::max(move.from.y(), move.to.y()) + R;
   if (high_x < x0_ || high_y < y0_ || low_x > x0_ + nx_ * cell_ || low_y > y0_ + ny_ * cell_)
     return;
   const int cj1 = cell_of(high_y, y0_, cell_, ny_);
@@ -140,8 +145,8 @@ void GougeSearch::search(const SweepMove& move, std::size_t index, Scratch& scra
     if (!clip(move, -1e300, 1e300, cell_y - R, cell_y + cell_ + R, t0, t1)) continue;
     const double xa = move.from.x() + t0 * (move.to.x() - move.from.x());
     const double xb = move.from.x() + t1 * (move.to.x() - move.from.x());
-    const int ci1 = cell_of(std::fmax(xa, xb) + R, x0_, cell_, nx_);
-    for (int ci = cell_of(std::fmin(xa, xb) - R, x0_, cell_, nx_); ci <= ci1; ++ci) {
+    const int ci1 = cell_of(std::max(xa, xb) + R, x0_, cell_, nx_);
+    for (int ci = cell_of(std::min(xa, xb) - R, x0_, cell_, nx_); ci <= ci1; ++ci) {
       const auto c = static_cast<std::size_t>(cj) * static_cast<std::size_t>(nx_) +
                      static_cast<std::size_t>(ci);
       const double cell_x = x0_ + ci * cell_;
@@ -164,7 +169,7 @@ void GougeSearch::search(const SweepMove& move, std::size_t index, Scratch& scra
             worst.depth)
           continue;
         const SweepDepth depth = sweep_depth(cutter_, move, triangle, worst.depth, ceiling);
-        worst.bound = std::fmax(worst.bound, depth.bound);
+        worst.bound = std::max(worst.bound, depth.bound);
         if (depth.found > worst.depth) {
           worst.depth = depth.found;
           worst.move = index;
@@ -198,14 +203,14 @@ Gouge GougeSearch::deepest(const std::vector<SweepMove>& moves, int threads) con
                   });
   // Each block's own worst, so that the answer does not hang on who was first.
   for (const Gouge& w : worst) {
-    all.bound = std::fmax(all.bound, w.bound);
+    all.bound = std::max(all.bound, w.bound);
     if (w.depth > all.depth) {
       const double bound = all.bound;
       all = w;
       all.bound = bound;
     }
   }
-  all.bound = std::fmax(all.bound, all.depth);
+  all.bound = std::max(all.bound, all.depth);
   if (all.depth > 0) all.at = deepest_point(moves[all.move], all.triangle);
   return all;
 }
@@ -216,7 +221,7 @@ Vec3 GougeSearch::deepest_point(const SweepMove& move, std::uint32_t triangle) c
   std::array<Vec3, 3> t{mesh_->positions[ids[0]], mesh_->positions[ids[1]],
                         mesh_->positions[ids[2]]};
   const double ceiling =
-      std::fmax(ceiling_, std::fmax(move.from.z(), move.to.z())) + 4 * cutter_.radius();
+      std::max(ceiling_, std::max(move.from.z(), move.to.z())) + 4 * cutter_.radius();
   for (int level = 0; level < 24; ++level) {
     const Vec3 ab = (t[0] + t[1]) / 2, bc = (t[1] + t[2]) / 2, ca = (t[2] + t[0]) / 2;
     const std::array<std::array<Vec3, 3>, 4> parts{

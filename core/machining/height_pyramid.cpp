@@ -21,7 +21,7 @@ HeightPyramid::HeightPyramid(const PlanLattice& lattice, std::vector<double> hei
     for (std::size_t j = 0; j < fine.rows; ++j) {
       for (std::size_t i = 0; i < fine.columns; ++i) {
         double& top = coarse.top[j / 2 * coarse.columns + i / 2];
-        top = std::fmax(top, fine.top[j * fine.columns + i]);
+        top = std::max(top, fine.top[j * fine.columns + i]);
       }
     }
     levels_.push_back(std::move(coarse));
@@ -38,10 +38,10 @@ bool HeightPyramid::clears(const CutterShape& cutter, const Vec3& tip, double sl
   const std::size_t i1 = std::min(((i + 1) << level) - 1, lattice_.columns - 1);
   const std::size_t j1 = std::min(((j + 1) << level) - 1, lattice_.rows - 1);
   const double gap_x =
-      std::fmax(0, std::fmax(lattice_.x(i << level) - tip.x(), tip.x() - lattice_.x(i1)));
+      std::max(0.0, std::max(lattice_.x(i << level) - tip.x(), tip.x() - lattice_.x(i1)));
   const double gap_y =
-      std::fmax(0, std::fmax(lattice_.y(j << level) - tip.y(), tip.y() - lattice_.y(j1)));
-  const double gap = std::hypot(gap_x, gap_y);
+      std::max(0.0, std::max(lattice_.y(j << level) - tip.y(), tip.y() - lattice_.y(j1)));
+  const double gap = std::sqrt(gap_x * gap_x + gap_y * gap_y);
   if (gap > cutter.radius()) return true;
   if (here.top[j * here.columns + i] <= tip.z() + cutter.height(gap) + slack) return true;
   if (level == 0) return false;

@@ -18,7 +18,7 @@ constexpr std::size_t kTile = 4;  // points a side
 // moving cutter's contour: the slope of its lower surface along the move equals the move's own.
 double lowest_at(const CutterShape& cutter, double slope, double u, double w) {
   const double r = cutter.corner(), a = cutter.flat(), across = std::fabs(w);
-  const double reach = std::sqrt(std::fmax(0, cutter.radius() * cutter.radius() - w * w));
+  const double reach = std::sqrt(std::max(0.0, cutter.radius() * cutter.radius() - w * w));
   if (slope == 0) return u;
   // The cutter is lowest when it stands on the downhill side: `back` along the move.
   double back;
@@ -32,7 +32,7 @@ double lowest_at(const CutterShape& cutter, double slope, double u, double w) {
     double low = across < a ? std::sqrt(a * a - w * w) : 0, high = reach;
     for (int k = 0; k < 50 && high - low > 1e-13 * cutter.radius(); ++k) {
       const double b = low + (high - low) / 2;
-      const double rho = std::hypot(b, w), d = rho - a;
+      const double rho = std::sqrt(b * b + w * w), d = rho - a;
       const double below = (r - d) * (r + d);
       const double rise = below > 0 ? d / std::sqrt(below) * b / rho : kInfinity;
       (rise < steep ? low : high) = b;
@@ -64,25 +64,25 @@ double height_over(const CutterShape& cutter, const PlannedMove& m, double x, do
   if (!(m.length > 0)) {
     const double rho2 = ox * ox + oy * oy;
     if (rho2 > R * R) return kInfinity;
-    return std::fmin(m.move.from.z(), m.move.to.z()) + cutter.height(std::sqrt(rho2));
+    return std::min(m.move.from.z(), m.move.to.z()) + cutter.height(std::sqrt(rho2));
   }
   const double u = ox * m.dx + oy * m.dy, w = oy * m.dx - ox * m.dy;
   const double half2 = R * R - w * w;
   if (half2 < 0) return kInfinity;
   const double half = std::sqrt(half2);
-  const double first = std::fmax(0, u - half), last = std::fmin(m.length, u + half);
+  const double first = std::max(0.0, u - half), last = std::min(m.length, u + half);
   if (first > last) return kInfinity;
   const double s = std::clamp(lowest_at(cutter, m.slope, u, w), first, last);
   return m.move.from.z() + m.slope * s +
-         cutter.height(std::fmin(R, std::sqrt(w * w + (s - u) * (s - u))));
+         cutter.height(std::min(R, std::sqrt(w * w + (s - u) * (s - u))));
 }
 
 // Least distance in plan between a move and a box.
 double box_distance(const PlannedMove& m, double x0, double x1, double y0, double y1) {
-  const double gap_x = std::fmax(0, std::fmax(x0 - std::fmax(m.move.from.x(), m.move.to.x()),
-                                              std::fmin(m.move.from.x(), m.move.to.x()) - x1));
-  const double gap_y = std::fmax(0, std::fmax(y0 - std::fmax(m.move.from.y(), m.move.to.y()),
-                                              std::fmin(m.move.from.y(), m.move.to.y()) - y1));
+  const double gap_x = std::max(0.0, std::max(x0 - std::max(m.move.from.x(), m.move.to.x()),
+                                              std::min(m.move.from.x(), m.move.to.x()) - x1));
+  const double gap_y = std::max(0.0, std::max(y0 - std::max(m.move.from.y(), m.move.to.y()),
+                                              std::min(m.move.from.y(), m.move.to.y()) - y1));
   // Also square to the move: the box's nearest corner.
   double square = 0;
   if (m.length > 0) {
@@ -91,7 +91,7 @@ double box_distance(const PlannedMove& m, double x0, double x1, double y0, doubl
     const double half = std::fabs(m.dx) * (y1 - y0) / 2 + std::fabs(m.dy) * (x1 - x0) / 2;
     square = std::fabs(middle_y * m.dx - middle_x * m.dy) - half;
   }
-  return std::fmax(square, std::hypot(gap_x, gap_y));
+  return std::max(square, std::sqrt(gap_x * gap_x + gap_y * gap_y));
 }
 
 struct IndexSpan {
@@ -101,8 +101,8 @@ struct IndexSpan {
 IndexSpan index_span(double lo, double hi, double from, double step, std::size_t count) {
   const double a = std::ceil((lo - from) / step - 1e-9), b = std::floor((hi - from) / step + 1e-9);
   if (b < 0 || a > static_cast<double>(count) - 1 || a > b) return {};
-  return {static_cast<std::size_t>(std::fmax(a, 0)),
-          static_cast<std::size_t>(std::fmin(b, static_cast<double>(count) - 1))};
+  return {static_cast<std::size_t>(std::max(a, 0.0)),
+          static_cast<std::size_t>(std::min(b, static_cast<double>(count) - 1))};
 }
 
 }  // namespace
@@ -119,7 +119,7 @@ std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<S
   const std::size_t bands = (lattice.rows + kBandRows - 1) / kBandRows;
   // Moves by the bands of rows they come over, in their order.
   const auto rows_of = [&](const SweepMove& m) {
-    return index_span(std::fmin(m.from.y(), m.to.y()) - R, std::fmax(m.from.y(), m.to.y()) + R,
+    return index_span(std::min(m.from.y(), m.to.y()) - R, std::max(m.from.y(), m.to.y()) + R,
                       lattice.y0, lattice.dy, lattice.rows);
   };
   std::vector<std::size_t> start(bands + 1, 0);
@@ -150,11 +150,11 @@ std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<S
       for (std::size_t k = start[band]; k < start[band + 1]; ++k) {
         const PlannedMove m = planned(moves[items[k]]);
         const IndexSpan rows = rows_of(m.move);
-        const IndexSpan columns = index_span(std::fmin(m.move.from.x(), m.move.to.x()) - R,
-                                             std::fmax(m.move.from.x(), m.move.to.x()) + R,
+        const IndexSpan columns = index_span(std::min(m.move.from.x(), m.move.to.x()) - R,
+                                             std::max(m.move.from.x(), m.move.to.x()) + R,
                                              lattice.x0, lattice.dx, lattice.columns);
         if (columns.first > columns.last) continue;
-        const double low = std::fmin(m.move.from.z(), m.move.to.z());
+        const double low = std::min(m.move.from.z(), m.move.to.z());
         const std::size_t j0 = std::max(rows.first, row0), j1 = std::min(rows.last + 1, row1);
         for (std::size_t tj = j0 / kTile; tj <= (j1 - 1) / kTile; ++tj) {
           const std::size_t tile_row1 = std::min((tj + 1) * kTile, row1);
@@ -171,7 +171,7 @@ std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<S
                 double& at = heights[j * lattice.columns + i];
                 const double z = height_over(cutter, m, lattice.x(i), lattice.y(j));
                 if (z < at) at = z;
-                left = std::fmax(left, at);
+                left = std::max(left, at);
               }
             }
             top = left;
