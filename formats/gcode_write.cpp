@@ -32,7 +32,7 @@ void write_gcode(const ToolPath& path, const PathWriteOptions& options, ByteWrit
   out << "(INTOL=" << fixed(path.intol, 9) << " OUTTOL=" << fixed(path.outtol, 9) << ")\n";
   out << "G17 " << (inch ? "G20" : "G21") << " G40 G49 G54 G80 G90 G94\n";
   if (const double blend = blend_tolerance(path); blend > 0) {
-    out << "G64 P" << fixed(blend, 9) << '\n';
+    out << "G64 P" << fixed(blend, 9) << " Q0\n";  // Q0: no move is left out
   } else {
     out << "G61\n";
   }

@@ -150,7 +150,7 @@ TEST(PathFile, AptKeepsToItsCard) {
 TEST(PathFile, GcodeHead) {
   const std::string text = text_of(sample(), PathFormat::kGcode);
   EXPECT_NE(
-      text.find("\nG17 G21 G40 G49 G54 G80 G90 G94\nG64 P0.001\nT1 M6\nS12000 M3\nF800\nG0 Z30\n"),
+      text.find("\nG17 G21 G40 G49 G54 G80 G90 G94\nG64 P0.001 Q0\nT1 M6\nS12000 M3\nF800\nG0 Z30\n"),
       std::string::npos)
       << text;
   EXPECT_EQ(text.substr(text.size() - 6), "M5\nM2\n");

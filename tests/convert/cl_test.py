@@ -1,0 +1,154 @@
+"""cl and verify from end to end; G-code through LinuxCNC's own interpreter."""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+from program import BAD_INPUT, BALL, DONE, FIG6, NOT_KEPT, WRONG_USAGE, CommandLineTest
+
+MACHINED = BALL.format(extra="CUTTER,4,2\nCUSP,0.05\nTOLER,0.02\nFEDRAT,700\nSPINDL,9000\n")
+
+
+def interpreter():
+    """rs274 and its environment: installed, or unpacked from Debian's package; None with a printed reason."""
+    found = shutil.which("rs274")
+    if found:
+        return found, dict(os.environ)
+    place = pathlib.Path(os.environ["DIESINK_PROGRAM"]).resolve().parent / "linuxcnc"
+    program = place / "usr/bin/rs274"
+    if not program.exists():
+        place.mkdir(exist_ok=True)
+        try:
+            subprocess.run(["apt-get", "download", "-q", "linuxcnc-uspace", "libboost-python1.74.0"], cwd=place, check=True,
+                           capture_output=True, timeout=240)
+            for package in place.glob("*.deb"):
+                subprocess.run(["dpkg-deb", "-x", package, place], check=True, capture_output=True, timeout=120)
+                package.unlink()
+        except (OSError, subprocess.SubprocessError) as problem:
+            print(f"skipped: rs274 of linuxcnc-uspace is not installed and could not be unpacked ({problem})")
+            return None
+    libraries = f"{place}/usr/lib:{place}/usr/lib/x86_64-linux-gnu"
+    environment = {**os.environ, "LD_LIBRARY_PATH": libraries}
+    check = subprocess.run(["ldd", program], env=environment, capture_output=True, text=True)
+    if "not found" in check.stdout or check.returncode != 0:
+        print("skipped: rs274 lacks libraries here: " + " ".join(re.findall(r"\S+ => not found", check.stdout)))
+        return None
+    return str(program), environment
+
+
+class Cl(CommandLineTest):
+    def test_a_path_passes_its_own_verification_in_every_format(self):
+        part = self.write("ball.part", MACHINED)
+        self.run_program("cl", part, "-o", "a.apt", "-o", "a.ngc", "-o", "a.csv", "-o", "a.cls")
+        for name in ("a.apt", "a.ngc", "a.csv", "a.cls"):
+            found = json.loads(self.run_program("verify", part, name, "--json").stdout)
+            self.assertLessEqual(found["max_gouge"] - found["bound"], 0.02)
+            self.assertGreater(found["cusp_p50"], -1e-9)
+            self.assertLess(found["cusp_p99"], 0.07)
+            self.assertEqual(found["rapid_plunges"], 0)
+            self.assertEqual(list(found)[:11],
+                             ["max_gouge", "max_gouge_at", "max_excess", "max_excess_at", "cusp_p50", "cusp_p99", "cusp_max",
+                              "uncut_area", "bound", "points", "length"])
+
+    def test_options_reach_the_path(self):
+        part = self.write("ball.part", MACHINED)
+        text = self.run_program("cl", part, "-o", "-", "--feed", "333", "--cutter", "3,0.5", "--flavour", "nx").stdout.decode()
+        self.assertIn("\nFEDRAT/MMPM,333.\n", text)
+        self.assertIn("\nCUTTER/3.,0.5,1.,0.5,0.,0.,12.\n", text)
+        one = json.loads(self.run_program("cl", part, "-o", "a.csv", "--interval", "1", "--json").stdout)
+        self.assertEqual(one["passes"], 11)
+        for along in ("y", "30"):
+            self.run_program("cl", part, "-o", "b.csv", "--along", along, "--pattern", "oneway")
+            self.run_program("verify", part, "b.csv", "--quiet")
+        cc = json.loads(self.run_program("cl", part, "-o", "c.csv", "--method", "cc", "--cc", "cc.csv", "--json").stdout)
+        self.assertGreater(cc["loops_removed"], 5)
+        self.assertTrue((self.folder / "cc.csv").read_text().startswith("pass,x,y,z,nx,ny,nz\n"))
+
+    def test_seeded_errors_are_found(self):
+        part = self.write("ball.part", MACHINED)
+        self.run_program("cl", part, "-o", "a.csv")
+        lines = (self.folder / "a.csv").read_text().splitlines()
+        feeds = [k for k, line in enumerate(lines) if line.endswith(",feed")]
+        low = lines[feeds[len(feeds) // 3]].split(",")
+        low[2] = repr(float(low[2]) - 0.06)
+        lines[feeds[len(feeds) // 3]] = ",".join(low)
+        self.write("low.csv", "\n".join(lines) + "\n")
+        done = self.run_program("verify", part, "low.csv", "--json", status=NOT_KEPT)
+        self.assertGreater(json.loads(done.stdout)["max_gouge"], 0.03)
+        self.run_program("verify", part, "a.csv", "--cutter", "6,3", "--quiet", status=NOT_KEPT)
+
+    def test_a_map_is_a_picture(self):
+        part = self.write("ball.part", MACHINED)
+        self.run_program("cl", part, "-o", "a.apt")
+        self.run_program("verify", part, "a.apt", "--map", "a.png")
+        self.assertEqual((self.folder / "a.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+
+    def test_what_cannot_be_is_told_and_nothing_written(self):
+        part = self.write("ball.part", MACHINED)
+        bare = self.write("bare.part", BALL.format(extra=""))
+        for words, status in ((("cl", bare, "-o", "x.apt"), BAD_INPUT),
+                              (("cl", part, "-o", "x.txt"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--clear", "1"), BAD_INPUT),
+                              (("cl", part, "-o", "x.apt", "--along", "sideways"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--along", "u"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--cutter", "4,3"), BAD_INPUT),
+                              (("cl", part, "-o", "x.apt", "--interval", "1", "--cusp", "1"), WRONG_USAGE)):
+            done = self.run_program(*words, status=status)
+            self.assertIn(b"error: ", done.stderr)
+            self.assertFalse((self.folder / "x.apt").exists())
+        self.write("bad.apt", "GOTO/1,2,3\nGOTO/1,oops,3\n")
+        done = self.run_program("verify", part, "bad.apt", status=BAD_INPUT)
+        self.assertIn(b"bad.apt:2:8: error: ", done.stderr)
+
+    def test_same_bytes_for_any_threads(self):
+        part = self.write("ball.part", MACHINED)
+        for threads in (1, 2, 7):
+            self.run_program("cl", part, "-o", f"{threads}.apt", "--threads", threads)
+        self.assertEqual((self.folder / "1.apt").read_bytes(), (self.folder / "2.apt").read_bytes())
+        self.assertEqual((self.folder / "1.apt").read_bytes(), (self.folder / "7.apt").read_bytes())
+
+    def test_fig6_within_its_tolerances(self):
+        self.run_program("cl", FIG6, "--cutter", "6,3", "--cusp", "0.02", "-o", "fig6.apt")
+        found = json.loads(self.run_program("verify", FIG6, "fig6.apt", "--cusp", "0.02", "--json").stdout)
+        self.assertLessEqual(found["max_gouge"], 0.02 + found["bound"])
+        self.assertLess(found["uncut_area"], 2)
+
+
+class LinuxCnc(CommandLineTest):
+    def test_canonical_moves_are_our_points(self):
+        ready = interpreter()
+        if ready is None:
+            self.skipTest("rs274 is not there")
+        program, environment = ready
+        for unit in ("", "UNITS,INCH\n"):  # both tolerances give five decimals
+            part = self.write("ball.part", unit + MACHINED)
+            self.run_program("cl", part, "-o", "a.ngc", "-o", "a.csv")
+            self.write("tool.tbl", "T1 P1 Z0 D10\n")
+            done = subprocess.run([program, "-t", "tool.tbl", "-g", "a.ngc"], cwd=self.folder, env=environment,
+                                  capture_output=True, text=True, timeout=60)
+            self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+            moves = [(kind, *map(float, where.split(",")[:3]))
+                     for kind, where in re.findall(r"STRAIGHT_(TRAVERSE|FEED)\(([^)]*)\)", done.stdout)]
+            ours = []
+            for line in (self.folder / "a.csv").read_text().splitlines():
+                if line[0] in "#x":
+                    continue
+                x, y, z, motion = line.split(",")
+                # G-code leaves out what is no move in its decimals.
+                point = ("TRAVERSE" if motion == "rapid" else "FEED", *(round(float(v), 5) for v in (x, y, z)))
+                if not ours or point[1:] != ours[-1][1:]:
+                    ours.append(point)
+            # The first move is the one up to the clearance plane. The interpreter prints four decimals.
+            self.assertEqual(len(moves), len(ours) + 1)
+            for (kind, *a), (motion, *b) in zip(moves[1:], ours):
+                self.assertEqual(kind, motion)
+                for p, q in zip(a, b):
+                    self.assertAlmostEqual(p, q, delta=1.1e-4)
+
+
+if __name__ == "__main__":
+    unittest.main()
