@@ -35,7 +35,8 @@ inline CompoundSurface fixture(const std::string& name) {
   return load(DIESINK_FIXTURE_PARTS "/" + name + ".part");
 }
 
-// One that the build generates: solids400, solids400w (its base warped in plan).
+// One that the build generates: solidsN for 100, 400, 1600 and 6400, and
+// solids400w (its base warped in plan).
 inline CompoundSurface generated(const std::string& name) {
   return load(DIESINK_BENCH_PARTS "/" + name + ".part");
 }

@@ -2,6 +2,7 @@
 // A process of its own for each, so that one that breaks or hangs is told and the rest go on.
 // usage: tessellation_soak FIRST COUNT [FOLDER]     FOLDER takes the programs that failed
 //        tessellation_soak --part FILE [TOLERANCE]  one program, all schemes
+//        tessellation_soak --cases FOLDER           writes the named degenerate dies there
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 
 #include "tests/support/load_part.h"
 #include "tests/support/mesh_proof.h"
+#include "tests/support/named_cases.h"
 
 namespace diesink::test {
 namespace {
@@ -145,6 +147,11 @@ int main(int count, char** words) {
   const std::string first = count > 1 ? words[1] : "";
   if (first == "--part" && count > 2)
     return one_part(words[2], count > 3 ? std::atof(words[3]) : 0);
+  if (first == "--cases" && count > 2) {
+    for (const NamedCase& c : all_named_cases())
+      std::ofstream(std::string(words[2]) + "/" + c.name + ".part") << c.text;
+    return 0;
+  }
   if (count < 3) {
     std::fprintf(stderr,
                  "usage: tessellation_soak FIRST COUNT [FOLDER] | --part FILE [TOLERANCE]\n");
