@@ -319,6 +319,15 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
     return true;
   }
+  const auto seen = [&](const PlanCurve& curve, const Vec2& p, double z) {
+    for (const Item& item : items) {
+      if (item.after == kNoLabel) continue;
+      const SurfaceRef ref = solver_.ref_of(item.after);
+      const bool on = curve.first == ref || (curve.type == CurveType::kMeet && curve.second == ref);
+      if (on && !solver_.on_sheet(item.after, p, z)) return false;
+    }
+    return true;
+  };
   Vec2 middle = Vec2::Zero();
   for (const Item& item : items)
     middle += Vec2(graph_.nodes[item.node].x, graph_.nodes[item.node].y);
@@ -332,12 +341,17 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
         for (const LabelHeight& h : node.heights) {
           if (solver_.ref_of(h.label) == r) return h.z;
         }
+        // The end of a body that neither label belongs to.
+        if (node.curve.type == CurveType::kShadow)
+          return solver_.shadow_height(node.curve, node.x, node.y);
         return node.heights.empty() ? 0.0 : node.heights.front().z;
       };
       Vec2 at = middle;
       double z1 = own_height(m), z2 = own_height(n);
       const PlanCurve one = m.curve, two = n.curve;
       if (!solver_.corner(one, two, at, z1, z2) || !within(at)) continue;
+      // The other sheet of a side is not the corner that is seen.
+      if (!seen(one, at, z1) || !seen(two, at, z2)) continue;
       if (c.kind == CellKind::kLeast) {
         // Tiny cells lie on the corner; their own box is the better bound.
         at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);

@@ -69,6 +69,9 @@ class CurveSolver {
   // The common plan point of two curves near `at`; z1, z2 are the curves' own heights there.
   bool corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1, double& z2) const;
 
+  // z is on the label's side of the middle of its quadric: the sheet that is seen.
+  bool on_sheet(Label label, const Vec2& p, double z) const;
+
   // Where the label changes between p (label a) and q (label b), both found by evaluation: the
   // curve, its point, and the heights of both labels there (NaN for a hole).
   struct Change {
@@ -79,8 +82,6 @@ class CurveSolver {
   Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const;
 
  private:
-  // z is on the label's side of the middle of its quadric: the sheet that is seen.
-  bool on_sheet(Label label, const Vec2& p, double z) const;
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
                  double& z) const;
 
