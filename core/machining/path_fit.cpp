@@ -71,6 +71,12 @@ std::vector<PassRun> fit_runs(std::span<const ProfileSegment> profile, double be
     corners.emplace_back(x, z);
   };
   for (const ProfileSegment& s : profile) {
+    // Between neighbours that meet to rounding only, what lies below shines through: no slit is
+    // cut.
+    if (!corners.empty() && s.x1 - s.x0 <= tiny && s.x0 - corners.back().x() <= join &&
+        std::fmax(s.z0, s.z1) < corners.back().y()) {
+      continue;
+    }
     if (!corners.empty() && s.x0 - corners.back().x() > join) close();
     double x0 = s.x0;
     if (!corners.empty()) x0 = std::fmax(corners.back().x(), x0 - join);

@@ -85,6 +85,15 @@ TEST(FitRuns, FewPointsOnFlatsAndEveryCorner) {
   EXPECT_EQ(runs[1], (PassRun{{13, 1}, {14, 1}}));
 }
 
+TEST(FitRuns, ASlitOfRoundingIsNoStep) {
+  const double after = std::nextafter(4.0, 5.0);
+  const std::vector<ProfileSegment> profile{
+      {0, 2, 4, 3, 0}, {4, 0, after, 0, 1}, {after, 3, 8, 2, 2}};
+  const std::vector<PassRun> runs = fit_runs(profile, 0.001, 0.001, 1e-6);
+  ASSERT_EQ(runs.size(), 1u);
+  EXPECT_EQ(runs[0], (PassRun{{0, 2}, {4, 3}, {8, 2}}));
+}
+
 TEST(CuspInterval, LeavesTheCusp) {
   // Two circles of the cutter on a circle of the surface: the height of their crossing, by plain
   // geometry.
