@@ -29,8 +29,11 @@ Loaded<PartProgram> load_part_program(const std::string& path, Diagnostics& diag
 Loaded<PartProgram> load_part_program(std::span<const std::byte> bytes, const std::string& path,
                                       Diagnostics& diagnostics);
 
-// The compound surface of a checked program.
-Loaded<CompoundSurface> make_surface(const PartProgram& program);
+// The compound surface of a checked program; the scan of a MESH base is read from beside it, its
+// warnings are told. A scan's lengths are taken in its file's unit, or where that is not said in
+// the program's; its Y axis is up only where the file says so.
+Loaded<CompoundSurface> make_surface(const PartProgram& program,
+                                     Diagnostics* diagnostics = nullptr);
 
 // Both in one.
 Loaded<CompoundSurface> load_surface(const std::string& path);

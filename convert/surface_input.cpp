@@ -1,11 +1,57 @@
 // From part programs on the command line to surfaces.
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/input.h"
+#include "convert/mesh_frame.h"
+#include "formats/mesh_file.h"
 
 namespace diesink {
+namespace {
 
-Loaded<CompoundSurface> make_surface(const PartProgram& program) {
-  Result<CompoundSurface> surface = CompoundSurface::make(program);
+// A path of the program, which counts from its folder.
+std::string beside(const std::string& program_file, const std::string& path) {
+  const std::size_t slash = program_file.rfind('/');
+  if (path.empty() || path[0] == '/' || slash == std::string::npos) return path;
+  return program_file.substr(0, slash + 1) + path;
+}
+
+Result<TriangleMesh> read_scan(const PartProgram& program, const MeshBase& base,
+                               Diagnostics& diagnostics) {
+  const std::string path = beside(program.file, base.path);
+  // stdin is the program's, never the scan's.
+  Result<MeshFile> file = read_mesh_file(path == "-" ? "./-" : path, {}, diagnostics);
+  if (!file) {
+    Error error = file.error();
+    error.message += ", as the base surface of " + program.file;
+    return error;
+  }
+  TriangleMesh& mesh = file->mesh;
+  MeshFrame frame;
+  if (mesh.unit == LengthUnit::kUnknown) frame.unit_in = program.unit;
+  if (mesh.up == UpAxis::kUnknown) frame.up_in = UpAxis::kZ;
+  frame.unit_out = program.unit;
+  frame.up_out = UpAxis::kZ;
+  std::vector<std::string> warnings;
+  if (Status done = change_frame(mesh, frame, warnings); !done) return done.error();
+  for (const std::string& each : warnings) diagnostics.warning(each, {path});
+  return std::move(mesh);
+}
+
+}  // namespace
+
+Loaded<CompoundSurface> make_surface(const PartProgram& program, Diagnostics* diagnostics) {
+  std::optional<TriangleMesh> scan;
+  if (const MeshBase* base = std::get_if<MeshBase>(&program.base)) {
+    Diagnostics of_scan;
+    Result<TriangleMesh> mesh = read_scan(program, *base, of_scan);
+    const ExitStatus told = report(of_scan);
+    if (!mesh) return {std::nullopt, report(mesh.error())};
+    if (told != ExitStatus::kDone) return {std::nullopt, told};
+    if (diagnostics != nullptr) {
+      for (const Diagnostic& each : of_scan.all()) diagnostics->warning(each.message, each.where);
+    }
+    scan = std::move(*mesh);
+  }
+  Result<CompoundSurface> surface = CompoundSurface::make(program, std::move(scan));
   if (!surface) return {std::nullopt, report(surface.error())};
   return {std::move(*surface), ExitStatus::kDone};
 }

@@ -8,6 +8,7 @@
 
 #include "core/base/ferguson.h"
 #include "core/base/plane.h"
+#include "core/base/scanned.h"
 #include "core/compound/body_line.h"
 #include "core/compound/compound_surface.h"
 
@@ -61,7 +62,7 @@ struct CompoundSurface::Impl {
   std::vector<BodyLine> bodies;  // one a solid of the program
   std::vector<CompoundStep> steps;
   std::vector<std::uint32_t> step_of_row;
-  std::variant<std::monostate, PlaneSurface, FergusonSurface> base;
+  std::variant<std::monostate, PlaneSurface, FergusonSurface, ScannedSurface> base;
   std::vector<BaseBorderPiece> base_border;  // Ferguson bases only
   PlanIndex index;
   double size = 0, tie = 0;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/compound/compound_impl.h"
+#include "core/grid/grid_array.h"
 
 namespace diesink {
 namespace {
@@ -16,6 +17,23 @@ constexpr std::size_t kMaxNesting = 64;
 // The cell of a scaled coordinate, clamped before the cast: infinite boxes are usual.
 inline int cell_of(double scaled, int cells) {
   return static_cast<int>(std::clamp(scaled, 0.0, static_cast<double>(cells - 1)));
+}
+
+// What the program leaves open of the domain and the grid, from the plan of its scan.
+Status resolve_domain(const ScannedSurface& scan, PartProgram& program) {
+  Machining& m = program.machining;
+  const PlanBox& plan = scan.plan_box();
+  if (!(m.x_range[0] < m.x_range[1])) m.x_range = {plan.x0, plan.x1};
+  if (!(m.y_range[0] < m.y_range[1])) m.y_range = {plan.y0, plan.y1};
+  const double side = std::max(m.x_range[1] - m.x_range[0], m.y_range[1] - m.y_range[0]);
+  if (!(m.x_interval > 0)) m.x_interval = side / 100;
+  if (!(m.y_interval > 0)) m.y_interval = side / 100;
+  const double points =
+      grid_line_count(m.x_range, m.x_interval) * grid_line_count(m.y_range, m.y_interval);
+  if (points <= static_cast<double>(kMaxGridPoints)) return ok();
+  return Error{ErrorCode::kLimit,
+               "the spacing gives a grid of more than 100 million points over the scan",
+               std::get<MeshBase>(program.base).where};
 }
 
 double largest_coordinate(const PartProgram& program, const std::vector<BodyLine>& bodies) {
@@ -174,6 +192,7 @@ bool CompoundSurface::Impl::base_at(double x, double y, BaseHit& hit) const {
     FergusonHint hint;
     return ferguson->at(x, y, hit, hint);
   }
+  if (const ScannedSurface* scan = std::get_if<ScannedSurface>(&base)) return scan->at(x, y, hit);
   return false;
 }
 
@@ -222,7 +241,9 @@ Vec3 CompoundSurface::Impl::normal(Label label, const Vec3& point) const {
   if (step.solid < 0) {
     BaseHit hit;
     if (!base_at(point.x(), point.y(), hit)) return Vec3::UnitZ();
-    n = Vec3(-hit.zx, -hit.zy, 1).normalized();
+    const ScannedSurface* scan = std::get_if<ScannedSurface>(&base);
+    n = scan != nullptr ? scan->normal(hit, point.x(), point.y())
+                        : Vec3(-hit.zx, -hit.zy, 1).normalized();
   } else {
     n = bodies[static_cast<std::size_t>(step.solid)].normal(
         static_cast<std::uint8_t>(face_of(label)), point);
@@ -230,13 +251,24 @@ Vec3 CompoundSurface::Impl::normal(Label label, const Vec3& point) const {
   return n.z() < 0 ? Vec3(-n) : n;
 }
 
-Result<CompoundSurface> CompoundSurface::make(const PartProgram& program) {
+Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
+                                              std::optional<TriangleMesh> scan) {
   auto impl = std::make_unique<Impl>();
   impl->program = program;
   const PartProgram& own = impl->program;
+  if (const MeshBase* mesh = std::get_if<MeshBase>(&own.base)) {
+    if (!scan) return Error{ErrorCode::kInput, "the scan of the base is missing", mesh->where};
+    Result<ScannedSurface> surface = ScannedSurface::make(std::move(*scan), *mesh);
+    if (!surface) return surface.error();
+    if (Status done = resolve_domain(*surface, impl->program); !done) return done.error();
+    const PlanBox& plan = surface->plan_box();
+    for (const double v : {plan.x0, plan.x1, plan.y0, plan.y1, surface->z_low(), surface->z_high()})
+      impl->size = std::fmax(impl->size, std::fabs(v));
+    impl->base.emplace<ScannedSurface>(std::move(*surface));
+  }
   // A first pass without slack gives the size that the slack follows from.
   for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, 0.0);
-  impl->size = largest_coordinate(own, impl->bodies);
+  impl->size = std::fmax(impl->size, largest_coordinate(own, impl->bodies));
   impl->tie = std::ldexp(impl->size, -42);
   impl->bodies.clear();
   for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, impl->tie);
@@ -249,10 +281,6 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program) {
     impl->base.emplace<FergusonSurface>(std::move(*surface));
     impl->base_border =
         border_pieces(std::get<FergusonSurface>(impl->base), std::ldexp(impl->size, -40));
-  } else if (std::holds_alternative<MeshBase>(own.base)) {
-    return Error{ErrorCode::kUnsupported,
-                 "a scanned mesh as the base surface is not in this build",
-                 {own.file}};
   }
 
   // Boxes of the steps; a group's opening and closing reach over all its members.

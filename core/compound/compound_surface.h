@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/base_surface.h"
+#include "core/mesh.h"
 #include "core/part_program/part_program.h"
 #include "core/vec.h"
 
@@ -54,17 +55,21 @@ class CompoundSurface {
  public:
   struct Impl;
 
+  // `scan` is the mesh that a MESH base names, in the program's unit with Z up, as its file has it;
+  // what the program does not state of the domain and the grid is filled in from it.
   // Needs: a program that parse_part_program accepted.
-  // Errors: kInput where a base grid is folded in plan; kUnsupported for a MESH base in a build
-  // without it.
-  static Result<CompoundSurface> make(const PartProgram& program);
+  // Errors: kInput where a base grid is folded in plan, or a MESH base has no scan or one that
+  //         cannot be a base; kLimit where the domain filled in gives too many grid points.
+  static Result<CompoundSurface> make(const PartProgram& program,
+                                      std::optional<TriangleMesh> scan = std::nullopt);
 
   CompoundSurface(CompoundSurface&&) noexcept;
   CompoundSurface& operator=(CompoundSurface&&) noexcept;
   ~CompoundSurface();
 
   // The CC-datum over (x, y); empty where there is no surface.
-  // Bound: |dz| <= 1e-12 of size() (tests/core/evaluate_test.cpp).
+  // Bound: |dz| <= 1e-12 of size() (tests/core/evaluate_test.cpp); on a MESH base that of
+  //        ScannedSurface::at().
   [[nodiscard]] std::optional<CcDatum> at(double x, double y) const;
 
   // CC-data at (xs[i], y) for ascending xs. The same labels and heights as at() point by point.

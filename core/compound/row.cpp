@@ -9,6 +9,7 @@
 #include "core/compound/compound_impl.h"
 #include "core/compound/row_kernels.h"
 #include "core/compound/row_plan.h"
+#include "core/line_search.h"
 
 namespace diesink {
 namespace {
@@ -62,6 +63,7 @@ struct Level {
 // One a thread, so that a row allocates nothing once the first of its length is done.
 struct Workspace {
   std::vector<double> base_z, base_zx, base_zy;
+  std::vector<std::uint32_t> base_face;  // of a scan
   std::vector<Level> levels;
   std::vector<std::uint32_t> steps;  // that can matter on the row
 };
@@ -70,36 +72,6 @@ Workspace& workspace() {
   thread_local Workspace mine;
   return mine;
 }
-
-// First index in [0, xs.size()] whose x is not below `at`; lines are evenly spaced far more often
-// than not.
-class LineSearch {
- public:
-  explicit LineSearch(std::span<const double> xs)
-      : xs_(xs),
-        per_x_(xs.size() > 1 ? static_cast<double>(xs.size() - 1) / (xs.back() - xs.front()) : 0) {}
-
-  [[nodiscard]] std::size_t first_from(double at) const {
-    if (!(at > xs_.front())) return 0;
-    if (at > xs_.back()) return xs_.size();
-    std::size_t k = std::min(static_cast<std::size_t>((at - xs_.front()) * per_x_), xs_.size() - 1);
-    constexpr int kNear = 4;
-    for (int step = 0; step < kNear; ++step) {
-      if (xs_[k] < at) {
-        ++k;  // stays within: the last x is not below
-      } else if (xs_[k - 1] < at) {
-        return k;
-      } else {
-        --k;  // stays above 0: the first x is below
-      }
-    }
-    return static_cast<std::size_t>(std::lower_bound(xs_.begin(), xs_.end(), at) - xs_.begin());
-  }
-
- private:
-  std::span<const double> xs_;
-  double per_x_;
-};
 
 QuadricGradient gradient_of(const BodyLine& line) {
   const QuadricBody& b = std::get<QuadricBody>(line.body());
@@ -211,6 +183,12 @@ class RowEvaluation {
       work_.base_zx.resize(xs_.size());
       work_.base_zy.resize(xs_.size());
       ferguson->row(y_, xs_, work_.base_z.data(), work_.base_zx.data(), work_.base_zy.data());
+    } else if (const ScannedSurface* scan = std::get_if<ScannedSurface>(&impl_.base)) {
+      work_.base_zx.resize(xs_.size());
+      work_.base_zy.resize(xs_.size());
+      work_.base_face.resize(xs_.size());
+      scan->row(y_, xs_, work_.base_z.data(), work_.base_zx.data(), work_.base_zy.data(),
+                work_.base_face.data());
     } else {
       std::fill(work_.base_z.begin(), work_.base_z.end(), kNaN);
     }
@@ -238,7 +216,9 @@ class RowEvaluation {
     if (label == kNoLabel) return constant(Vec3::Zero());
     const CompoundStep& step =
         impl_.steps[impl_.step_of_row[static_cast<std::size_t>(row_of(label))]];
-    if (step.solid < 0 && std::holds_alternative<FergusonSurface>(impl_.base)) {
+    if (step.solid < 0 && !std::holds_alternative<PlaneSurface>(impl_.base)) {
+      const ScannedSurface* scan = std::get_if<ScannedSurface>(&impl_.base);
+      if (scan != nullptr && scan->smooth()) return smooth_normals(*scan, begin, end, out);
       return slope_normals(work_.base_zx.data() + begin, work_.base_zy.data() + begin, end - begin,
                            out.nx + begin, out.ny + begin, out.nz + begin);
     }
@@ -250,6 +230,17 @@ class RowEvaluation {
       }
     }
     constant(impl_.normal(label, Vec3(xs_[begin], y_, out.z[begin])));
+  }
+
+  void smooth_normals(const ScannedSurface& scan, std::size_t begin, std::size_t end,
+                      const CcRun& out) const {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3 n = scan.normal({out.z[i], work_.base_zx[i], work_.base_zy[i], work_.base_face[i]},
+                                 xs_[i], y_);
+      out.nx[i] = n.x();
+      out.ny[i] = n.y();
+      out.nz[i] = n.z();
+    }
   }
 
   const CompoundSurface::Impl& impl_;

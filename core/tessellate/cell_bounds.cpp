@@ -189,6 +189,19 @@ bool side_over(const Impl& surface, const BodyLine& body, bool upper, const Cell
   return true;
 }
 
+// The scan over a box: its triangles' heights.
+Coverage scan_over(const ScannedSurface& scan, const CellBox& box, double guard, FaceOver& face) {
+  const BaseBounds b =
+      scan.bounds({box.x - box.hx, box.x + box.hx, box.y - box.hy, box.y + box.hy});
+  if (b.coverage == Coverage::kOutside) return b.coverage;
+  face.zx = b.zx;
+  face.zy = b.zy;
+  face.c = 0.5 * (b.z.lo + b.z.hi);
+  face.hi = 0.5 * (b.z.hi - b.z.lo) + guard;
+  face.lo = -face.hi;
+  return b.coverage;
+}
+
 }  // namespace
 
 Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box) {
@@ -439,6 +452,9 @@ Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox&
     face.zx = {hit.zx, hit.zx};
     face.zy = {hit.zy, hit.zy};
     return Coverage::kInside;
+  }
+  if (const ScannedSurface* scan = std::get_if<ScannedSurface>(&surface.base)) {
+    return scan_over(*scan, box, std::ldexp(surface.size, -44), face);
   }
   const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&surface.base);
   if (ferguson == nullptr) return Coverage::kOutside;

@@ -1,0 +1,134 @@
+// A scanned mesh as a base surface: the topmost triangle on every vertical line.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/base/base_surface.h"
+#include "core/base/scanned_triangle.h"
+#include "core/mesh.h"
+#include "core/part_program/part_program.h"
+#include "core/result.h"
+#include "core/vec.h"
+
+namespace diesink {
+
+// The face of a point without a surface.
+inline constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
+
+// What a grid of vertical lines finds: each array has a value a point, row after row, x fastest.
+// Where there is no surface z is NaN, the normal 0 and the face kNoFace.
+struct ScannedGrid {
+  double* z = nullptr;
+  double *nx = nullptr, *ny = nullptr, *nz = nullptr;  // of the facet, unit, upward
+  std::uint32_t* face = nullptr;
+};
+
+// The scan is where it stands after its placement; a triangle counts whichever way it turns. The
+// surface is closed: a line through an edge or a vertex meets it, by exact signs, so that there is
+// no gap between triangles that share vertices. Of several layers the topmost counts; of equal
+// heights the triangle with the lowest number. Triangles that stand upright, to the last digit, or
+// have no area have no part of their own. Immutable after make(); every const function may be
+// called from several threads.
+class ScannedSurface {
+ public:
+  ScannedSurface(ScannedSurface&&) noexcept;
+  ScannedSurface& operator=(ScannedSurface&&) noexcept;
+  ~ScannedSurface();
+
+  // Lengths in the part program's unit, Z up; `base` gives the steps of the placement.
+  // Errors: kInput where no triangle has an area in plan, a position is not finite or leaves the
+  //         coordinate limit of 1e9 in its place; kLimit above 2^31 triangles.
+  static Result<ScannedSurface> make(TriangleMesh mesh, const MeshBase& base, int threads = 0);
+
+  // The surface over (x, y); false where no triangle is. face is the triangle's number in the mesh,
+  // the slopes are its own.
+  // Bound: |dz| is at most what moving the point by 2^-50 of the largest coordinate does.
+  bool at(double x, double y, BaseHit& hit) const;
+
+  // A run along x at one y, the same digits as at(); z is NaN and slopes 0 where no triangle is.
+  // Shape: the arrays have the length of xs, which ascends; face may be null.
+  void row(double y, std::span<const double> xs, double* z, double* zx, double* zy,
+           std::uint32_t* face) const;
+
+  // All crossings of ascending lines, by scan conversion of the triangles, binned by rows first:
+  // the same digits as at(). Time grows with triangles and points, in any order of the triangles.
+  // Memory: 12 bytes a triangle for the time of the call, and 4 a band a tall one reaches into.
+  void grid(std::span<const double> xs, std::span<const double> ys, const ScannedGrid& out,
+            int threads) const;
+
+  // Certain enclosures over a plan box: of all layers there, the heights and slopes of the
+  // triangles that reach into it.
+  [[nodiscard]] BaseBounds bounds(const PlanBox& box) const;
+
+  // The unit normal, upward, for CC-data at a hit: the facet's, or with NORMALS,SMOOTH the one
+  // blended over the facet from its vertices.
+  [[nodiscard]] Vec3 normal(const BaseHit& hit, double x, double y) const;
+  [[nodiscard]] bool smooth() const { return !vertex_normals_.empty(); }
+
+  // An edge, of vertex numbers, that may be border of the plan: in plan it has triangles on its
+  // left alone. Other layers may cover it all the same.
+  using BorderEdge = std::array<std::uint32_t, 2>;
+  // All of them; worked out on the first call.
+  [[nodiscard]] const std::vector<BorderEdge>& border_edges() const;
+
+  [[nodiscard]] const PlanBox& plan_box() const { return plan_box_; }
+  [[nodiscard]] double z_low() const { return z_low_; }
+  [[nodiscard]] double z_high() const { return z_high_; }
+  // Triangles that have no plan area.
+  [[nodiscard]] std::size_t upright() const { return upright_; }
+  [[nodiscard]] const std::vector<Vec3>& positions() const { return positions_; }
+  [[nodiscard]] const std::vector<std::array<std::uint32_t, 3>>& triangles() const {
+    return triangles_;
+  }
+
+ private:
+  // The cells of a uniform plan grid; every point of the plan has one, the border cells take what
+  // lies beyond.
+  struct Cells {
+    int nx = 1, ny = 1;
+    double x0 = 0, y0 = 0, per_x = 0, per_y = 0;
+    [[nodiscard]] int column(double x) const { return cell_of((x - x0) * per_x, nx); }
+    [[nodiscard]] int line(double y) const { return cell_of((y - y0) * per_y, ny); }
+
+   private:
+    static int cell_of(double scaled, int cells) {
+      return scaled > 0 ? static_cast<int>(scaled < cells ? scaled : cells - 1) : 0;
+    }
+  };
+
+  struct Border;
+
+  ScannedSurface();
+  void make_cells(int threads);
+  void make_vertex_normals();
+  [[nodiscard]] const Border& border() const;
+  [[nodiscard]] bool border_meets(const PlanBox& box) const;
+  bool triangle(std::uint32_t face, ScannedTriangle& out) const {
+    const std::array<std::uint32_t, 3>& t = triangles_[face];
+    return out.set(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+  }
+  [[nodiscard]] PlanBox box_of(std::uint32_t face) const;
+  [[nodiscard]] std::span<const std::uint32_t> in_cell(int column, int line) const {
+    const std::size_t cell = static_cast<std::size_t>(line) * static_cast<std::size_t>(cells_.nx) +
+                             static_cast<std::size_t>(column);
+    return std::span(items_).subspan(start_[cell], start_[cell + 1] - start_[cell]);
+  }
+
+  std::vector<Vec3> positions_;
+  std::vector<std::array<std::uint32_t, 3>> triangles_;
+  std::vector<Vec3> vertex_normals_;  // with NORMALS,SMOOTH
+  PlanBox plan_box_;
+  double z_low_ = 0, z_high_ = 0;
+  std::size_t upright_ = 0;
+  Cells cells_;
+  std::vector<std::uint32_t> start_, items_;  // triangles of each cell, ascending
+  mutable std::unique_ptr<Border> border_;
+};
+
+}  // namespace diesink

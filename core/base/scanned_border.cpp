@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/base/scanned_border.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/interval.h"
+#include "core/mesh_tools/topology.h"
+
+namespace diesink {
+namespace {
+
+// Edges that lie on one another in plan, one with its triangles on either side, are border of
+// neither: the top and foot of an upright wall, or of sheets that touch without sharing vertices.
+void drop_pairs(const std::vector<Vec3>& positions,
+                std::vector<ScannedSurface::BorderEdge>& edges) {
+  struct Key {
+    double ax, ay, bx, by;  // the lesser end first
+    bool turned;
+    std::uint32_t edge;
+  };
+  std::vector<Key> keys;
+  keys.reserve(edges.size());
+  for (std::uint32_t k = 0; k < edges.size(); ++k) {
+    const Vec3 &a = positions[edges[k][0]], &b = positions[edges[k][1]];
+    const bool turned = b.x() < a.x() || (b.x() == a.x() && b.y() < a.y());
+    const Vec3 &low = turned ? b : a, &high = turned ? a : b;
+    keys.push_back({low.x(), low.y(), high.x(), high.y(), turned, k});
+  }
+  const auto place = [](const Key& k) { return std::array{k.ax, k.ay, k.bx, k.by}; };
+  std::sort(keys.begin(), keys.end(), [&](const Key& p, const Key& q) {
+    const std::array a = place(p), b = place(q);
+    return a != b ? a < b : p.edge < q.edge;
+  });
+  std::vector<ScannedSurface::BorderEdge> kept;
+  for (std::size_t first = 0; first < keys.size();) {
+    std::size_t last = first;
+    bool sides[2] = {false, false};
+    for (; last < keys.size() && place(keys[last]) == place(keys[first]); ++last) {
+      sides[keys[last].turned ? 1 : 0] = true;
+    }
+    if (!(sides[0] && sides[1])) kept.push_back(edges[keys[first].edge]);
+    first = last;
+  }
+  edges = std::move(kept);
+}
+
+}  // namespace
+
+const ScannedSurface::Border& ScannedSurface::border() const {
+  Border& border = *border_;
+  std::call_once(border.once, [&] {
+    const std::vector<EdgeUse> uses = edge_uses(triangles_, positions_.size());
+    for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+      bool left = false, right = false;
+      for (const EdgeUse& use : edge) {
+        const std::array<std::uint32_t, 3>& t = triangles_[use.corner / 3];
+        const Vec3 &a = positions_[t[0]], &b = positions_[t[1]], &c = positions_[t[2]];
+        const int sign = turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
+        if (sign == 0) continue;
+        ((sign > 0) == use.forward ? left : right) = true;
+      }
+      if (left == right) return;
+      border.edges.push_back(left ? BorderEdge{edge[0].low, edge[0].high}
+                                  : BorderEdge{edge[0].high, edge[0].low});
+    });
+    drop_pairs(positions_, border.edges);
+    // The cells of each edge's box, by counting.
+    const auto each_cell = [&](const auto& see) {
+      for (std::uint32_t k = 0; k < border.edges.size(); ++k) {
+        const Vec3 &a = positions_[border.edges[k][0]], &b = positions_[border.edges[k][1]];
+        const int last_line = cells_.line(std::max(a.y(), b.y()));
+        const int last_column = cells_.column(std::max(a.x(), b.x()));
+        for (int j = cells_.line(std::min(a.y(), b.y())); j <= last_line; ++j) {
+          for (int i = cells_.column(std::min(a.x(), b.x())); i <= last_column; ++i) {
+            see(static_cast<std::size_t>(j) * static_cast<std::size_t>(cells_.nx) +
+                    static_cast<std::size_t>(i),
+                k);
+          }
+        }
+      }
+    };
+    border.start.assign(start_.size() + 1, 0);
+    each_cell([&](std::size_t cell, std::uint32_t) { ++border.start[cell + 2]; });
+    for (std::size_t c = 2; c < border.start.size(); ++c) border.start[c] += border.start[c - 1];
+    border.items.resize(border.start.back());
+    each_cell([&](std::size_t cell, std::uint32_t edge) {
+      border.items[border.start[cell + 1]++] = edge;
+    });
+  });
+  return border;
+}
+
+const std::vector<ScannedSurface::BorderEdge>& ScannedSurface::border_edges() const {
+  return border().edges;
+}
+
+bool ScannedSurface::border_meets(const PlanBox& box) const {
+  const Border& border = this->border();
+  if (border.edges.empty()) return false;
+  const int last_line = cells_.line(box.y1), last_column = cells_.column(box.x1);
+  for (int j = cells_.line(box.y0); j <= last_line; ++j) {
+    for (int i = cells_.column(box.x0); i <= last_column; ++i) {
+      const std::size_t cell = static_cast<std::size_t>(j) * static_cast<std::size_t>(cells_.nx) +
+                               static_cast<std::size_t>(i);
+      for (std::uint32_t k = border.start[cell]; k < border.start[cell + 1]; ++k) {
+        const BorderEdge& edge = border.edges[border.items[k]];
+        const Vec3 &a = positions_[edge[0]], &b = positions_[edge[1]];
+        if (std::max(a.x(), b.x()) < box.x0 || std::min(a.x(), b.x()) > box.x1 ||
+            std::max(a.y(), b.y()) < box.y0 || std::min(a.y(), b.y()) > box.y1) {
+          continue;
+        }
+        // Apart where all four corners are on one side of the edge's line.
+        const int s00 = turn(a.x(), a.y(), b.x(), b.y(), box.x0, box.y0);
+        if (s00 != 0 && turn(a.x(), a.y(), b.x(), b.y(), box.x1, box.y0) == s00 &&
+            turn(a.x(), a.y(), b.x(), b.y(), box.x0, box.y1) == s00 &&
+            turn(a.x(), a.y(), b.x(), b.y(), box.x1, box.y1) == s00) {
+          continue;
+        }
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+BaseBounds ScannedSurface::bounds(const PlanBox& box) const {
+  BaseBounds out;
+  out.coverage = Coverage::kOutside;
+  if (box.x1 < plan_box_.x0 || box.x0 > plan_box_.x1 || box.y1 < plan_box_.y0 ||
+      box.y0 > plan_box_.y1) {
+    return out;
+  }
+  Range z{HUGE_VAL, -HUGE_VAL}, zx = z, zy = z;
+  const auto take = [](Range& range, const Range& more) {
+    range = {std::min(range.lo, more.lo), std::max(range.hi, more.hi)};
+  };
+  const int first_line = cells_.line(box.y0), last_line = cells_.line(box.y1);
+  const int first_column = cells_.column(box.x0), last_column = cells_.column(box.x1);
+  ScannedTriangle t;
+  for (int j = first_line; j <= last_line; ++j) {
+    for (int i = first_column; i <= last_column; ++i) {
+      for (const std::uint32_t face : in_cell(i, j)) {
+        const PlanBox b = box_of(face);
+        if (b.x1 < box.x0 || b.x0 > box.x1 || b.y1 < box.y0 || b.y0 > box.y1) continue;
+        // Once is enough: in the first cell of those asked for that holds it.
+        if (std::max(cells_.column(b.x0), first_column) != i ||
+            std::max(cells_.line(b.y0), first_line) != j) {
+          continue;
+        }
+        if (!triangle(face, t)) continue;
+        // Apart along one of the triangle's edges.
+        bool apart = false;
+        for (std::size_t k = 0; k < 3 && !apart; ++k) {
+          const std::size_t next = k == 2 ? 0 : k + 1;
+          const double ex = t.x[next] - t.x[k], ey = t.y[next] - t.y[k];
+          // The corner furthest to the left of the edge.
+          apart = turn(t.x[k], t.y[k], t.x[next], t.y[next], ey > 0 ? box.x0 : box.x1,
+                       ex > 0 ? box.y1 : box.y0) < 0;
+        }
+        if (apart) continue;
+        // The plane over the box's part inside the triangle's own, cut to the triangle's heights.
+        const Range dx = widened(std::max(box.x0, b.x0) - t.x[0], std::min(box.x1, b.x1) - t.x[0]);
+        const Range dy = widened(std::max(box.y0, b.y0) - t.y[0], std::min(box.y1, b.y1) - t.y[0]);
+        const Range plane = point_range(t.z0) + t.zx * dx + t.zy * dy;
+        take(z, {std::max(plane.lo, t.z_low), std::min(plane.hi, t.z_high)});
+        take(zx, point_range(t.zx));
+        take(zy, point_range(t.zy));
+      }
+    }
+  }
+  if (is_empty(z)) return out;
+  out.z = z;
+  out.zx = zx;
+  out.zy = zy;
+  if (border_meets(box)) {
+    out.coverage = Coverage::kPartly;
+  } else {
+    // No end of the plan in the box: all of it is inside, for a triangle reaches into it.
+    out.coverage = Coverage::kInside;
+  }
+  return out;
+}
+
+}  // namespace diesink

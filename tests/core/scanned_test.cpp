@@ -1,0 +1,386 @@
+// The scanned base: vertical lines against triangles, by main force and by exact arithmetic.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/base/scanned.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "core/base/exact_plan.h"
+#include "core/compound/compound_surface.h"
+#include "core/grid/grid_array.h"
+#include "tests/support/height_mesh.h"
+#include "tests/support/load_part.h"
+
+namespace diesink {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+ScannedSurface scan_of(TriangleMesh mesh, const MeshBase& base = {}) {
+  Result<ScannedSurface> surface = ScannedSurface::make(std::move(mesh), base);
+  EXPECT_TRUE(surface) << (surface ? "" : surface.error().message);
+  return std::move(*surface);
+}
+
+// A noisy relief whose inner vertices are shaken in plan, so that edges lie every way.
+TriangleMesh shaken_relief(std::uint32_t n, std::uint32_t seed, double shake = 0.3) {
+  TriangleMesh mesh = test::height_mesh(-7, 33, n, 2, 42, n, [](double x, double y) {
+    return 3 * std::sin(x / 5) * std::cos(y / 4);
+  });
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> part(-1, 1);
+  const double cell = 40.0 / (n - 1);
+  for (std::uint32_t j = 0; j < n; ++j) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      Vec3& p = mesh.positions[j * n + i];
+      if (i > 0 && i + 1 < n && j > 0 && j + 1 < n) {
+        p.x() += shake * cell * part(random);
+        p.y() += shake * cell * part(random);
+      }
+      p.z() += 0.2 * part(random);
+    }
+  }
+  return mesh;
+}
+
+// Triangles of every sort, over one another: upright, repeated, degenerate, tiny, large.
+TriangleMesh soup(std::size_t count, std::uint32_t seed) {
+  TriangleMesh mesh;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-10, 10), size(-1, 1);
+  std::uniform_int_distribution<int> kind(0, 9);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto v = static_cast<std::uint32_t>(mesh.positions.size());
+    const Vec3 a(place(random), place(random), place(random));
+    const double reach = kind(random) == 0 ? 15 : 1.5;
+    const auto near = [&] {
+      return Vec3(a + reach * Vec3(size(random), size(random), size(random)));
+    };
+    Vec3 b = near(), c = near();
+    switch (kind(random)) {
+      case 0:
+        c = Vec3(b.x(), b.y(), b.z() + 1);
+        break;
+      case 1:
+        c = b;
+        break;
+      case 2:  // a lattice: lines meet edges and vertices
+        for (Vec3* p : {&b, &c}) *p = Vec3(std::round(p->x()), std::round(p->y()), p->z());
+        break;
+      default:
+        break;
+    }
+    mesh.positions.insert(mesh.positions.end(), {a, b, c});
+    mesh.triangles.push_back({v, v + 1, v + 2});
+    if (kind(random) == 1) mesh.triangles.push_back({v, v + 2, v + 1});
+  }
+  return mesh;
+}
+
+// The topmost triangle in long double, which carries the products of the lattice exactly.
+struct Plain {
+  bool hit = false;
+  long double z = 0;
+  std::uint32_t face = 0;
+};
+Plain plain_hit(const TriangleMesh& mesh, double x, double y) {
+  Plain best;
+  using L = long double;
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Vec3 &a = mesh.positions[mesh.triangles[f][0]], &b = mesh.positions[mesh.triangles[f][1]],
+               &c = mesh.positions[mesh.triangles[f][2]];
+    const auto area = [](const Vec3& p, const Vec3& q, L rx, L ry) {
+      return (L{q.x()} - L{p.x()}) * (ry - L{p.y()}) - (L{q.y()} - L{p.y()}) * (rx - L{p.x()});
+    };
+    const L whole = area(a, b, c.x(), c.y());
+    if (whole == 0) continue;
+    const L u = area(b, c, x, y) / whole, v = area(c, a, x, y) / whole,
+            w = area(a, b, x, y) / whole;
+    if (u < 0 || v < 0 || w < 0) continue;
+    const L z = u * L{a.z()} + v * L{b.z()} + w * L{c.z()};
+    if (!best.hit || z > best.z) best = {true, z, f};
+  }
+  return best;
+}
+
+TEST(ExactTurn, AgreesWithWholeNumbers) {
+  // Points of a lattice with 2^26 steps a side, near one line: products fit whole numbers.
+  std::mt19937_64 random(7);
+  std::uniform_int_distribution<std::int64_t> step(-(1 << 26), 1 << 26), little(-1, 1);
+  int zeros = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const std::int64_t ax = step(random), ay = step(random), bx = step(random), by = step(random);
+    const std::int64_t k = step(random) % 64;
+    const std::int64_t cx = ax + (bx - ax) / 64 * k + little(random),
+                       cy = ay + (by - ay) / 64 * k + little(random);
+    const std::int64_t det = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx);
+    const int sign = det > 0 ? 1 : det < 0 ? -1 : 0;
+    zeros += sign == 0 ? 1 : 0;
+    const auto d = [](std::int64_t v) { return static_cast<double>(v); };
+    ASSERT_EQ(turn(d(ax), d(ay), d(bx), d(by), d(cx), d(cy)), sign);
+    ASSERT_EQ(exact_turn(d(ax), d(ay), d(bx), d(by), d(cx), d(cy)), sign);
+  }
+  EXPECT_GT(zeros, 0);
+  // One last digit beside the diagonal, far beyond what rounded products tell.
+  const double up = std::nextafter(0.5, 1);
+  EXPECT_EQ(turn(0.5, 0.5, 12, 12, 24, 24), 0);
+  EXPECT_EQ(turn(0.5, up, 12, 12, 24, 24), 1);
+  EXPECT_EQ(turn(up, 0.5, 12, 12, 24, 24), -1);
+}
+
+TEST(Scanned, PointsAgreeWithMainForce) {
+  for (const std::uint32_t seed : {1U, 2U, 3U}) {
+    const TriangleMesh mesh = soup(300, seed);
+    const ScannedSurface scan = scan_of(mesh);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-14, 14);
+    int hits = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const bool whole = i % 3 == 0;
+      const double x = whole ? std::round(place(random)) : place(random),
+                   y = whole ? std::round(place(random)) : place(random);
+      BaseHit hit;
+      const bool there = scan.at(x, y, hit);
+      const Plain plain = plain_hit(mesh, x, y);
+      ASSERT_EQ(there, plain.hit) << x << ' ' << y;
+      if (!there) continue;
+      ++hits;
+      const double slack = 1e-13 * (1 + std::fabs(hit.zx) + std::fabs(hit.zy));
+      ASSERT_NEAR(hit.z, static_cast<double>(plain.z), slack) << x << ' ' << y;
+    }
+    EXPECT_GT(hits, 1000);
+  }
+}
+
+TEST(Scanned, NoPinholes) {
+  const TriangleMesh mesh = shaken_relief(60, 11, 0.2);
+  const ScannedSurface scan = scan_of(mesh);
+  BaseHit hit;
+  for (const Vec3& p : mesh.positions) {
+    ASSERT_TRUE(scan.at(p.x(), p.y(), hit));
+    ASSERT_NEAR(hit.z, p.z(), 1e-12 * (1 + std::fabs(hit.zx) + std::fabs(hit.zy)));
+  }
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &a = mesh.positions[t[k]], &b = mesh.positions[t[(k + 1) % 3]];
+      const double x = 0.5 * (a.x() + b.x()), y = 0.5 * (a.y() + b.y());
+      ASSERT_TRUE(scan.at(x, y, hit)) << x << ' ' << y;
+    }
+  }
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> x(-7, 33), y(2, 42);
+  for (int i = 0; i < 1'000'000; ++i) ASSERT_TRUE(scan.at(x(random), y(random), hit));
+}
+
+TEST(Scanned, RowsAndGridsHaveTheSameDigitsAsPoints) {
+  for (const bool relief : {true, false}) {
+    const ScannedSurface scan = scan_of(relief ? shaken_relief(40, 3) : soup(400, 9));
+    std::vector<double> xs, ys;
+    for (int i = 0; i <= 240; ++i) xs.push_back(-14 + 0.25 * i);
+    for (int j = 0; j <= 130; ++j) ys.push_back(-14 + 0.5 * j - (j == 130 ? 0.1 : 0));
+    const std::size_t n = xs.size() * ys.size();
+    std::vector<double> z(n), nx(n), ny(n), nz(n), row_z(xs.size()), zx(xs.size()), zy(xs.size());
+    std::vector<std::uint32_t> face(n), row_face(xs.size());
+    for (const int threads : {1, 3}) {
+      scan.grid(xs, ys, {z.data(), nx.data(), ny.data(), nz.data(), face.data()}, threads);
+      for (std::size_t j = 0; j < ys.size(); ++j) {
+        scan.row(ys[j], xs, row_z.data(), zx.data(), zy.data(), row_face.data());
+        for (std::size_t i = 0; i < xs.size(); ++i) {
+          const std::size_t k = j * xs.size() + i;
+          BaseHit hit;
+          if (!scan.at(xs[i], ys[j], hit)) {
+            ASSERT_TRUE(std::isnan(z[k]) && std::isnan(row_z[i]));
+            ASSERT_TRUE(face[k] == kNoFace && row_face[i] == kNoFace && nz[k] == 0);
+            continue;
+          }
+          ASSERT_EQ(z[k], hit.z);
+          ASSERT_EQ(row_z[i], hit.z);
+          ASSERT_EQ(face[k], hit.face);
+          ASSERT_EQ(row_face[i], hit.face);
+          ASSERT_EQ(zx[i], hit.zx);
+          ASSERT_EQ(zy[i], hit.zy);
+          const Vec3 normal = scan.normal(hit, xs[i], ys[j]);
+          ASSERT_NEAR((normal - Vec3(nx[k], ny[k], nz[k])).norm(), 0, 1e-15);
+        }
+      }
+    }
+  }
+}
+
+TEST(Scanned, TopmostLayerOfAClosedBody) {
+  // A box with an upright wall all round, closed: the lid counts, right up to the walls.
+  TriangleMesh mesh;
+  for (int k = 0; k < 8; ++k) {
+    mesh.positions.emplace_back(k & 1 ? 4 : 0, k & 2 ? 3 : 0, k & 4 ? 2 : 0);
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  const ScannedSurface scan = scan_of(mesh);
+  EXPECT_EQ(scan.upright(), 8U);
+  for (const double x : {0.0, 1.0, 4.0}) {
+    for (const double y : {0.0, 1.5, 3.0}) {
+      BaseHit hit;
+      ASSERT_TRUE(scan.at(x, y, hit));
+      EXPECT_EQ(hit.z, 2);
+      EXPECT_TRUE(hit.face == 2 || hit.face == 3);
+    }
+  }
+  BaseHit hit;
+  EXPECT_FALSE(scan.at(std::nextafter(4.0, 5.0), 1, hit));
+}
+
+TEST(Scanned, NeedlesKeepTheirHeights) {
+  // Slivers along a slope: the height is the slope's, whatever the needle's own shape.
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> part(0, 1);
+  for (int i = 0; i < 2000; ++i) {
+    const double thin = std::ldexp(part(random) + 0.5, -static_cast<int>(30 * part(random)) - 3);
+    const double angle = 6.3 * part(random);
+    const Vec2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
+    TriangleMesh mesh;
+    const Vec2 places[3] = {Vec2(100, 50), Vec2(Vec2(100, 50) + 20 * along),
+                            Vec2(Vec2(100, 50) + 9 * along + thin * across)};
+    for (const Vec2& p : places)
+      mesh.positions.emplace_back(p.x(), p.y(), 0.25 * p.x() - 0.5 * p.y());
+    mesh.triangles = {{0, 1, 2}};
+    const ScannedSurface scan = scan_of(mesh);
+    const double u = part(random), v = part(random) * (1 - u);
+    const Vec2 at = places[0] + u * (places[1] - places[0]) + v * (places[2] - places[0]);
+    BaseHit hit;
+    if (!scan.at(at.x(), at.y(), hit)) continue;
+    // The vertices' own heights are rounded to 2^-47 at this distance; a needle tilts by that over
+    // its width, but no further than its corners.
+    ASSERT_NEAR(hit.z, 0.25 * at.x() - 0.5 * at.y(), 2e-13);
+  }
+}
+
+TEST(Scanned, BoundsHoldWhateverIsThere) {
+  const ScannedSurface scan = scan_of(shaken_relief(30, 8));
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> x(-9, 35), y(0, 44), size(0, 3), part(0, 1);
+  int inside = 0, outside = 0, partly = 0;
+  for (int i = 0; i < 3000; ++i) {
+    PlanBox box{x(random), 0, y(random), 0};
+    box.x1 = box.x0 + size(random) * part(random);
+    box.y1 = box.y0 + size(random) * part(random);
+    const BaseBounds b = scan.bounds(box);
+    inside += b.coverage == Coverage::kInside ? 1 : 0;
+    outside += b.coverage == Coverage::kOutside ? 1 : 0;
+    partly += b.coverage == Coverage::kPartly ? 1 : 0;
+    for (int k = 0; k < 20; ++k) {
+      const double px = k == 0   ? box.x0
+                        : k == 1 ? box.x1
+                                 : box.x0 + part(random) * (box.x1 - box.x0);
+      const double py = k == 0   ? box.y0
+                        : k == 1 ? box.y1
+                                 : box.y0 + part(random) * (box.y1 - box.y0);
+      BaseHit hit;
+      const bool there = scan.at(px, py, hit);
+      ASSERT_FALSE(there && b.coverage == Coverage::kOutside);
+      ASSERT_FALSE(!there && b.coverage == Coverage::kInside);
+      if (!there) continue;
+      ASSERT_TRUE(b.z.lo <= hit.z && hit.z <= b.z.hi);
+      ASSERT_TRUE(b.zx.lo <= hit.zx && hit.zx <= b.zx.hi);
+      ASSERT_TRUE(b.zy.lo <= hit.zy && hit.zy <= b.zy.hi);
+    }
+  }
+  EXPECT_GT(inside, 1000);
+  EXPECT_GT(outside, 50);
+  EXPECT_GT(partly, 50);
+}
+
+TEST(Scanned, PlacementInTheOrderOfItsSteps) {
+  TriangleMesh mesh;
+  mesh.positions = {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 1, 0)};
+  mesh.triangles = {{0, 1, 2}};
+  using Kind = MeshPlacement::Kind;
+  MeshBase base;
+  base.placement = {{Kind::kScale, Vec3(2, 0, 0)},
+                    {Kind::kMove, Vec3(1, 0, 5)},
+                    {Kind::kRotateZ, Vec3(90, 0, 0)},
+                    {Kind::kRotateX, Vec3(180, 0, 0)}};
+  const ScannedSurface scan = scan_of(mesh, base);
+  // (2, 0, 0) -> (4, 0, 0) -> (5, 0, 5) -> (0, 5, 5) -> (0, -5, -5)
+  EXPECT_EQ(scan.positions()[0], Vec3(0, -1, -5));
+  EXPECT_EQ(scan.positions()[1], Vec3(0, -5, -5));
+  EXPECT_EQ(scan.positions()[2], Vec3(-2, -1, -5));
+  BaseHit hit;
+  ASSERT_TRUE(scan.at(-0.5, -2, hit));
+  EXPECT_EQ(hit.z, -5);
+}
+
+TEST(Scanned, SmoothNormalsAreThoseOfTheSphere) {
+  const double r = 20;
+  TriangleMesh mesh = test::height_mesh(-10, 10, 80, -10, 10, 80, [&](double x, double y) {
+    return std::sqrt(r * r - x * x - y * y);
+  });
+  MeshBase base;
+  base.smooth_normals = true;
+  const ScannedSurface smooth = scan_of(mesh, base), flat = scan_of(mesh);
+  double worst_smooth = 0, worst_flat = 0;
+  for (double x = -9.03; x < 9; x += 0.31) {
+    for (double y = -9.01; y < 9; y += 0.37) {
+      BaseHit hit;
+      ASSERT_TRUE(smooth.at(x, y, hit));
+      const Vec3 truth = Vec3(x, y, hit.z).normalized();
+      worst_smooth = std::fmax(worst_smooth, (smooth.normal(hit, x, y) - truth).norm());
+      worst_flat = std::fmax(worst_flat, (flat.normal(hit, x, y) - truth).norm());
+    }
+  }
+  EXPECT_LT(worst_smooth, 0.002);
+  EXPECT_GT(worst_flat, 0.005);
+}
+
+TEST(Scanned, WhatCannotBeABaseIsRefused) {
+  TriangleMesh mesh;
+  EXPECT_FALSE(ScannedSurface::make(mesh, {}));
+  mesh.positions = {Vec3(0, 0, 0), Vec3(1, 1, 0), Vec3(2, 2, 1)};
+  mesh.triangles = {{0, 1, 2}};
+  EXPECT_FALSE(ScannedSurface::make(mesh, {}));
+  mesh.positions[2] = Vec3(0, kNaN, 0);
+  EXPECT_FALSE(ScannedSurface::make(mesh, {}));
+  mesh.positions[2] = Vec3(0, 2e9, 0);
+  EXPECT_FALSE(ScannedSurface::make(mesh, {}));
+}
+
+TEST(Scanned, CompoundSurfaceOnAScan) {
+  const char* const text =
+      "SOLID-DEF\nS1,SPHER,1\nP1,10,20,0\nRAD,6\nBSURF-DEF\nMESH,scan.stl\nBOOLE-DEF\nB+S1\n";
+  const PartProgram program = test::program_of(text, "scan");
+  EXPECT_FALSE(CompoundSurface::make(program));
+  const TriangleMesh mesh = shaken_relief(40, 6);
+  Result<CompoundSurface> surface = CompoundSurface::make(program, mesh);
+  ASSERT_TRUE(surface);
+  // What the program leaves open is the plan of the scan.
+  const Machining& m = surface->program().machining;
+  EXPECT_EQ(m.x_range, (std::array<double, 2>{-7, 33}));
+  EXPECT_EQ(m.y_range, (std::array<double, 2>{2, 42}));
+  EXPECT_DOUBLE_EQ(m.x_interval, 0.4);
+  const Result<GridArray> grid = evaluate_grid(*surface, 0);
+  ASSERT_TRUE(grid);
+  const ScannedSurface scan = scan_of(mesh);
+  int of_base = 0;
+  for (std::size_t k = 0; k < grid->size(); ++k) {
+    const double x = grid->x()[k % grid->columns()], y = grid->y()[k / grid->columns()];
+    const std::optional<CcDatum> row = grid->at(*surface, k), point = surface->at(x, y);
+    ASSERT_TRUE(row && point);
+    ASSERT_EQ(row->z, point->z);
+    ASSERT_EQ(row->surface, point->surface);
+    ASSERT_NEAR((row->n - point->n).norm(), 0, 1e-15);
+    BaseHit hit;
+    ASSERT_TRUE(scan.at(x, y, hit));
+    const double rest = 36 - (x - 10) * (x - 10) - (y - 20) * (y - 20);
+    const double ball = rest >= 0 ? std::sqrt(rest) : -1e9;
+    ASSERT_NEAR(row->z, std::fmax(hit.z, ball), 1e-6);
+    of_base += row->surface == 0 ? 1 : 0;
+  }
+  EXPECT_GT(of_base, 1000);
+  EXPECT_LT(of_base, static_cast<int>(grid->size()) - 100);
+}
+
+}  // namespace
+}  // namespace diesink
