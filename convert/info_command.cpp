@@ -24,6 +24,13 @@ ExitStatus tell_program(std::span<const std::byte> bytes, const std::string& pat
   Diagnostics diagnostics;
   const Loaded<PartProgram> program = load_part_program(bytes, path, diagnostics);
   if (!program.value) return program.status;
+  if (std::holds_alternative<MeshBase>(program.value->base)) {
+    // Domain and grid may be the scan's.
+    const Loaded<CompoundSurface> surface = make_surface(*program.value, &diagnostics);
+    if (!surface.value) return surface.status;
+    const PartProgram& resolved = surface.value->program();
+    return print(common.json ? program_info_json(resolved, diagnostics) : program_info(resolved));
+  }
   return print(common.json ? program_info_json(*program.value, diagnostics)
                            : program_info(*program.value));
 }

@@ -45,6 +45,12 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
   if (options.scheme == MeshScheme::kGrid && !options.creases) {
     return mesh_plain_grid(surface, box, options);
   }
+  if (std::holds_alternative<MeshBase>(surface.program().base)) {
+    return Error{ErrorCode::kUnsupported,
+                 "creases on a scanned base are not in this build; a plain grid is (--mesh grid "
+                 "--no-creases)",
+                 {surface.program().file}};
+  }
   auto start = std::chrono::steady_clock::now();
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);

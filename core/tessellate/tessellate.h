@@ -65,7 +65,8 @@ struct Tessellation {
 };
 
 // Same bytes for any thread count.
-// Errors: kInput for an empty surface or a grid over the limits; kLimit for too many triangles.
+// Errors: kInput for an empty surface or a grid over the limits; kLimit for too many triangles;
+//         kUnsupported for a MESH base, unless a grid without creases is asked for.
 Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options);
 
 }  // namespace diesink
