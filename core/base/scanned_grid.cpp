@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kBandBytes = std::size_t{1} << 19;
 constexpr std::size_t kBytesPerPoint = 36;
 constexpr std::size_t kMostBands = 1024;
+// How many triangles ahead memory is asked for theirs: in random order each is somewhere else.
+constexpr std::size_t kAhead = 16;
 
 }  // namespace
 
@@ -36,7 +38,12 @@ void ScannedSurface::grid(std::span<const double> xs, std::span<const double> ys
     return Reach{x_lines.first_from(b.x0), x_lines.first_above(b.x1), y_lines.first_from(b.y0),
                  y_lines.first_above(b.y1)};
   };
-  const RowBins bins(triangles_.size(), bands, threads, [&](std::size_t i, int) {
+  const auto ask_for = [&](std::uint32_t face) {
+    for (const std::uint32_t v : triangles_[face]) __builtin_prefetch(&positions_[v]);
+  };
+  const std::size_t count = triangles_.size();
+  const RowBins bins(count, bands, threads, [&](std::size_t i, int) {
+    if (i + kAhead < count) ask_for(static_cast<std::uint32_t>(i + kAhead));
     const Reach r = reach_of(static_cast<std::uint32_t>(i));
     if (r.x0 >= r.x1 || r.y0 >= r.y1) return BandRange{};
     return BandRange{static_cast<std::uint32_t>(r.y0 / per_band),
@@ -52,7 +59,11 @@ void ScannedSurface::grid(std::span<const double> xs, std::span<const double> ys
       std::fill_n(out.ny + from, points, 0.0);
       std::fill_n(out.face + from, points, kNoFace);
       ScannedTriangle t;
-      for (const std::uint32_t face : bins.band(band)) {
+      const std::span<const std::uint32_t> faces = bins.band(band);
+      for (std::size_t k = 0; k < faces.size(); ++k) {
+        const std::uint32_t face = faces[k];
+        if (k + 2 * kAhead < faces.size()) __builtin_prefetch(&triangles_[faces[k + 2 * kAhead]]);
+        if (k + kAhead < faces.size()) ask_for(faces[k + kAhead]);
         if (!triangle(face, t)) continue;
         const Reach r = reach_of(face);
         const std::size_t end_row = std::min(r.y1, row1);
