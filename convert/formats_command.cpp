@@ -56,7 +56,7 @@ std::string as_json() {
     json.end_array();
     json.field("reads", format->read != nullptr).field("writes", format->write != nullptr);
     for (const Property& each : kProperties) json.field(each.name, word_of(format->*each.kept));
-    json.end_object();
+    json.field("remarks", format->remarks).end_object();
   }
   json.end_array().end_object();
   return json.text() + "\n";
@@ -65,11 +65,13 @@ std::string as_json() {
 std::string as_table() {
   std::vector<std::vector<std::string>> rows{{"format", "endings", "reads", "writes"}};
   for (const Property& each : kProperties) rows[0].emplace_back(each.name);
+  rows[0].emplace_back("remarks");
   for (const Format* format : all_formats()) {
     std::vector<std::string> row{std::string(format->title), endings_of(*format),
                                  format->read != nullptr ? "yes" : "no",
                                  format->write != nullptr ? "yes" : "no"};
     for (const Property& each : kProperties) row.emplace_back(word_of(format->*each.kept));
+    row.emplace_back(format->remarks);
     rows.push_back(std::move(row));
   }
   return to_table(rows);

@@ -2,36 +2,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/mesh_input.h"
 
+#include <algorithm>
+
 #include "convert/arguments.h"
+#include "convert/memory_limit.h"
 
 namespace diesink {
 
 void add_mesh_input_options(CLI::App& app, MeshInputOptions& options) {
   constexpr int kMost = 1 << 20;
   add_whole_number(app, "--max-memory", options.max_memory,
-                   "MiB reading a file may take (default 8192)", 1, kMost);
+                   "MiB a file and its reading may take (default 8192)", 1, kMost);
   add_whole_number(app, "--max-triangles", options.max_triangles,
                    "millions of triangles a file may hold (default 50)", 1, kMost);
 }
 
+std::size_t max_memory_of(const MeshInputOptions& options) {
+  return options.max_memory ? static_cast<std::size_t>(*options.max_memory) << 20
+                            : ReadOptions().max_memory;
+}
+
 std::size_t max_bytes_of(const MeshInputOptions& options) {
   // The limit somebody chose is the one that counts, up or down.
-  return options.max_memory ? static_cast<std::size_t>(*options.max_memory) << 20 : kMaxFileBytes;
+  return options.max_memory ? max_memory_of(options) : kMaxFileBytes;
 }
 
-Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
-                           const CommonOptions& common, Diagnostics& diagnostics) {
-  const Result<InputBytes> file = read_file(path, max_bytes_of(options));
-  if (!file) return {std::nullopt, report(file.error())};
-  return load_mesh(file->bytes(), path, options, common, diagnostics);
-}
+namespace {
 
-Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,
-                           const MeshInputOptions& options, const CommonOptions& common,
-                           Diagnostics& diagnostics) {
+// Needs a MemoryLimit in force.
+Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string& path,
+                            const MeshInputOptions& options, const CommonOptions& common,
+                            Diagnostics& diagnostics) {
   ReadOptions read;
   read.threads = common.threads;
-  if (options.max_memory) read.max_memory = max_bytes_of(options);
+  read.max_memory = max_memory_of(options);
   if (options.max_triangles) {
     read.max_triangles = static_cast<std::size_t>(*options.max_triangles) * 1'000'000;
   }
@@ -43,6 +47,24 @@ Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& 
   if (!file) return {std::nullopt, report(file.error())};
   if (told != ExitStatus::kDone) return {std::nullopt, told};
   return {std::move(*file), ExitStatus::kDone};
+}
+
+}  // namespace
+
+Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
+                           const CommonOptions& common, Diagnostics& diagnostics) {
+  const MemoryLimit limit(max_memory_of(options));
+  const Result<InputBytes> file = read_file(path, max_bytes_of(options));
+  if (!file) return {std::nullopt, report(file.error())};
+  return parse_mesh(file->bytes(), path, options, common, diagnostics);
+}
+
+Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,
+                           const MeshInputOptions& options, const CommonOptions& common,
+                           Diagnostics& diagnostics) {
+  const std::size_t most = max_memory_of(options);
+  const MemoryLimit limit(most - std::min(most, bytes.size()));
+  return parse_mesh(bytes, path, options, common, diagnostics);
 }
 
 }  // namespace diesink

@@ -24,7 +24,7 @@ struct ReadOptions {
   std::string file_name;  // for messages
   std::string folder;     // where external buffers may lie; empty = none are read
   std::size_t max_triangles = 50'000'000;
-  std::size_t max_memory = std::size_t{8} << 30;  // bytes a reader may allocate in all
+  std::size_t max_memory = std::size_t{8} << 30;  // bytes a mesh of the file's counts may take
   double max_coordinate = 1e9;                    // of any position, in absolute value
   int threads = 0;                                // 0 = all cores
   bool weld = true;  // exact weld of equal positions in formats without sharing (STL)

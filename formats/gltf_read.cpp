@@ -93,7 +93,7 @@ class Reader {
   std::string fresh_name(std::string name);
   Status add_primitive(const GltfScene& scene, const GltfInstance& at, std::size_t p);
   Result<Indices> place_vertices(const GltfArrays& arrays, const Placing& placing,
-                                 const Vec3& offset);
+                                 const Vec3& offset, bool lines);
   void add_triangles(const GltfArrays& arrays, const Placing& placing, const Indices& vertex,
                      int mode, std::uint32_t element);
   void add_lines(const GltfArrays& arrays, const Indices& vertex, int mode,
@@ -255,7 +255,7 @@ std::uint32_t Reader::element_for(const GltfScene& scene, const GltfInstance& at
 }
 
 Result<Reader::Indices> Reader::place_vertices(const GltfArrays& arrays, const Placing& placing,
-                                               const Vec3& offset) {
+                                               const Vec3& offset, bool lines) {
   Indices vertex(arrays.positions.size());
   for (std::size_t i = 0; i < vertex.size(); ++i) {
     const Vec3 p = placing.point(arrays.positions[i]) + offset;
@@ -265,7 +265,9 @@ Result<Reader::Indices> Reader::place_vertices(const GltfArrays& arrays, const P
     if (p.cwiseAbs().maxCoeff() > options_.max_coordinate) {
       warn("a position beyond " + std::to_string(static_cast<long long>(options_.max_coordinate)));
     }
-    vertex[i] = weld_.vertex(p, arrays.colors.empty() ? nullptr : &arrays.colors[i]);
+    vertex[i] = lines && arrays.colors.empty()
+                    ? weld_.line_vertex(p)
+                    : weld_.vertex(p, arrays.colors.empty() ? nullptr : &arrays.colors[i]);
   }
   return vertex;
 }
@@ -394,9 +396,10 @@ Status Reader::add_primitive(const GltfScene& scene, const GltfInstance& at, std
   if (!loaded) return loaded.error();
   const Placing placing(at.matrix);
   if (placing.flat) warn("a node whose matrix makes its mesh flat");
-  const auto vertex = place_vertices(*loaded, placing, scene.frame.offset);
+  const bool lines = primitive.mode < kTriangleList;
+  const auto vertex = place_vertices(*loaded, placing, scene.frame.offset, lines);
   if (!vertex) return vertex.error();
-  if (primitive.mode < kTriangleList) {
+  if (lines) {
     add_lines(*loaded, *vertex, primitive.mode, extras(at, p).curves);
   } else {
     add_triangles(*loaded, placing, *vertex, primitive.mode, element_for(scene, at, p));

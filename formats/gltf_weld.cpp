@@ -39,14 +39,21 @@ void GltfWeld::grow() {
 }
 
 std::uint32_t GltfWeld::vertex(const Vec3& position, const Color* color) {
-  const Color given = color != nullptr ? *color : kWhite;
+  return find_or_add(position, color != nullptr ? *color : kWhite, false);
+}
+
+std::uint32_t GltfWeld::line_vertex(const Vec3& position) {
+  return find_or_add(position, kWhite, true);
+}
+
+std::uint32_t GltfWeld::find_or_add(const Vec3& position, const Color& given, bool any_color) {
   if (!join_) return add(position, given);
   if ((mesh_.positions.size() - first_ + 1) * 2 > slots_.size()) grow();
   std::size_t slot = slot_of(position);
   for (;; slot = (slot + 1) & (slots_.size() - 1)) {
     const std::uint32_t held = slots_[slot];
     if (held == kNone || held < first_) break;
-    if (same(held, position, given)) return held;
+    if (any_color ? mesh_.positions[held] == position : same(held, position, given)) return held;
   }
   return slots_[slot] = add(position, given);
 }

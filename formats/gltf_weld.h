@@ -25,6 +25,8 @@ class GltfWeld {
   // The number of the vertex at this position, equal to the bit, and of this colour. Where colours
   // are given at all, vertices without one are white.
   std::uint32_t vertex(const Vec3& position, const Color* color);
+  // The number of a vertex at this position of whatever colour: lines have none of their own.
+  std::uint32_t line_vertex(const Vec3& position);
   // The number of this normal, equal to the bit, at this vertex.
   std::uint32_t normal(std::uint32_t vertex, const Vec3& normal);
 
@@ -32,6 +34,7 @@ class GltfWeld {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   static constexpr Color kWhite{255, 255, 255, 255};
 
+  std::uint32_t find_or_add(const Vec3& position, const Color& color, bool any_color);
   std::uint32_t add(const Vec3& position, const Color& color);
   void grow();
   [[nodiscard]] std::size_t slot_of(const Vec3& position) const;

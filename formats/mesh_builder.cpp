@@ -70,6 +70,19 @@ std::size_t FaceBuilder::finish(ElementTable& elements) {
   return given;
 }
 
+Status mesh_fits(std::size_t vertices, std::size_t triangles, const ReadOptions& options,
+                 const Place& where) {
+  // No count of a file of any size comes near 2^64 / 24.
+  const std::size_t bytes =
+      vertices * sizeof(Vec3) + triangles * sizeof(std::array<std::uint32_t, 3>);
+  if (bytes <= options.max_memory) return ok();
+  return Error{ErrorCode::kLimit,
+               std::to_string(vertices) + " vertices and " + std::to_string(triangles) +
+                   " triangles need " + std::to_string(bytes) +
+                   " bytes of memory, more than the limit of " + std::to_string(options.max_memory),
+               where};
+}
+
 std::uint8_t color_part(double value, bool whole) {
   const double scaled = whole ? value : value * 255;
   if (!(scaled > 0)) return 0;

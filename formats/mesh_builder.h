@@ -44,6 +44,11 @@ class FaceBuilder {
   std::vector<std::array<std::uint32_t, 3>> cut_;
 };
 
+// Refuses a mesh of these counts where its positions and triangles alone take more than
+// options.max_memory, before anything is allocated. Errors: kLimit, with `where`.
+Status mesh_fits(std::size_t vertices, std::size_t triangles, const ReadOptions& options,
+                 const Place& where);
+
 // A colour part as files give it: 0..255 where `whole`, else 0..1.
 std::uint8_t color_part(double value, bool whole);
 

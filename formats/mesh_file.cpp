@@ -11,11 +11,11 @@ namespace {
 
 // Nothing that bad data asks for may leave as an exception.
 template <class Answer, class Work>
-Result<Answer> guarded(const std::string& path, Work work) {
+Result<Answer> guarded(const std::string& path, const std::string& no_memory, Work work) {
   try {
     return work();
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::kLimit, "not enough memory", {path}};
+    return Error{ErrorCode::kLimit, no_memory, {path}};
   } catch (const std::length_error&) {
     return Error{ErrorCode::kLimit, "more than memory can hold", {path}};
   }
@@ -62,7 +62,10 @@ Result<MeshFile> read_mesh_bytes(std::span<const std::byte> bytes, const std::st
                  "not a mesh of a known format, expected one of " + endings_of_formats(false),
                  {path}};
   }
-  return guarded<MeshFile>(path, [&]() -> Result<MeshFile> {
+  const std::string no_memory =
+      "reading it takes more memory than there is, or than the limit of " +
+      std::to_string(options.max_memory >> 20) + " MiB";
+  return guarded<MeshFile>(path, no_memory, [&]() -> Result<MeshFile> {
     Result<TriangleMesh> mesh = format->read(bytes, options, diagnostics);
     if (!mesh) return named(mesh.error(), path);
     warn_of_odd_faces(*mesh, path, diagnostics);
@@ -85,7 +88,7 @@ Result<WrittenMesh> write_mesh_file(const std::string& path, const TriangleMesh&
     const std::size_t dot = options.file_stem.rfind('.');
     if (dot != std::string::npos && dot > 0) options.file_stem.resize(dot);
   }
-  return guarded<WrittenMesh>(path, [&]() -> Result<WrittenMesh> {
+  return guarded<WrittenMesh>(path, "not enough memory", [&]() -> Result<WrittenMesh> {
     OutputFileSet set(files, path);
     if (format->stream != nullptr) {
       Result<WrittenMesh> written = format->stream(mesh, options, set);

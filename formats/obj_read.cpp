@@ -99,6 +99,9 @@ class ObjReader {
     if (vertices >= FaceBuilder::kNoNormal) {
       return Error{ErrorCode::kLimit, "more vertices than 32 bits can count", whole_.place()};
     }
+    std::size_t faces = 0;
+    for (const ObjSection& section : sections_) faces += section.faces;
+    if (Status fits = mesh_fits(vertices, faces, options_, whole_.place()); !fits) return fits;
     if (sections_.size() == 1) {
       mesh_.positions = std::move(sections_[0].positions);
       mesh_.normals = std::move(sections_[0].normals);

@@ -20,12 +20,8 @@ Result<WrittenMesh> stream_off(const TriangleMesh& mesh, const WriteOptions& opt
   if (!sink) return sink.error();
   ByteWriter out(**sink);
   const bool vertex_colors = !mesh.vertex_colors.empty();
-  out << (vertex_colors ? "COFF\n# " : "OFF\n# ") << one_line(options.program_comment) << '\n';
-  if (!mesh.name.empty()) out << "# name: " << one_line(mesh.name) << '\n';
-  if (mesh.unit != LengthUnit::kUnknown) out << "# units: " << name_of(mesh.unit) << '\n';
-  if (mesh.up != UpAxis::kUnknown) out << "# up: " << (mesh.up == UpAxis::kZ ? 'z' : 'y') << '\n';
-  out << std::uint64_t{mesh.positions.size()} << ' ' << std::uint64_t{mesh.triangles.size()}
-      << " 0\n";
+  out << (vertex_colors ? "COFF\n" : "OFF\n") << std::uint64_t{mesh.positions.size()} << ' '
+      << std::uint64_t{mesh.triangles.size()} << " 0\n";
 
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     char* at = out.room(8 * kMaxNumberText);
@@ -57,6 +53,11 @@ Result<WrittenMesh> stream_off(const TriangleMesh& mesh, const WriteOptions& opt
     *at++ = '\n';
     out.wrote(at);
   }
+  // Behind the data, where nobody looks: OpenMesh's reader takes a comment for the counts.
+  out << "# " << one_line(options.program_comment) << '\n';
+  if (!mesh.name.empty()) out << "# name: " << one_line(mesh.name) << '\n';
+  if (mesh.unit != LengthUnit::kUnknown) out << "# units: " << name_of(mesh.unit) << '\n';
+  if (mesh.up != UpAxis::kUnknown) out << "# up: " << (mesh.up == UpAxis::kZ ? 'z' : 'y') << '\n';
   if (const Status done = out.finish(); !done) return done.error();
   return WrittenMesh{};
 }

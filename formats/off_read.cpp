@@ -139,7 +139,7 @@ class OffReader {
       return limit(std::to_string(faces_) + " faces are more than the limit of " +
                    std::to_string(options_.max_triangles));
     }
-    return ok();
+    return mesh_fits(vertices_, faces_, options_, text_.place());
   }
 
   // All numbers of the rest of the line.

@@ -154,7 +154,8 @@ void write_header(const TriangleMesh& mesh, const WriteOptions& options, const N
       << "\nproperty list uchar int vertex_indices\n";
   if (!mesh.elements.empty()) out << "property int element\n";
   if (normals.split) {
-    out << "property list uchar int normal_indices\nelement normal "
+    // Three numbers, as OpenMesh's reader does not step over a second list.
+    out << "property int normal1\nproperty int normal2\nproperty int normal3\nelement normal "
         << std::uint64_t{mesh.normals.size()}
         << "\nproperty double nx\nproperty double ny\nproperty double nz\n";
   }
@@ -172,7 +173,6 @@ void write_faces(const TriangleMesh& mesh, bool ascii, bool split, ByteWriter& o
     for (const std::uint32_t v : mesh.triangles[t]) row.integer(static_cast<std::int32_t>(v));
     if (!mesh.elements.empty()) row.integer(static_cast<std::int32_t>(element_of(mesh, t)));
     if (split) {
-      row.small(3);
       for (const std::uint32_t n : mesh.corner_normals[t])
         row.integer(static_cast<std::int32_t>(n));
     }

@@ -10,8 +10,8 @@ bool looks_like_ply(std::span<const std::byte> bytes);
 
 // ASCII and both byte orders, properties of any name, type and order. What this program writes
 // beyond the common names: `int element` of a face, `element normal` with the faces'
-// `normal_indices` where corners of one vertex have different normals, `int curve` of an edge, and
-// names, colours, units and up axis in comments.
+// `normal1` to `normal3` (or a list `normal_indices`) where corners of one vertex have different
+// normals, `int curve` of an edge, and names, colours, units and up axis in comments.
 Result<TriangleMesh> read_ply(std::span<const std::byte> bytes, const ReadOptions& options,
                               Diagnostics& diagnostics);
 

@@ -218,6 +218,8 @@ class BodyReader {
     const PlyPlan plan = plan_of(element);
     const bool normals = plan.all(PlyRole::kNx, PlyRole::kNy, PlyRole::kNz);
     const bool colors = plan.all(PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue);
+    if (Status fits = mesh_fits(element.count, 0, options_, binary_place(text_.at())); !fits)
+      return fits;
     mesh_.positions.reserve(element.count);
     if (normals) vertex_normals_.reserve(element.count);
     if (colors) mesh_.vertex_colors.reserve(element.count);
@@ -313,13 +315,17 @@ class BodyReader {
       if (element.count == 0) return ok();
       return error("the faces have no list property 'vertex_indices' of whole numbers", text_.at());
     }
-    const PlyProperty* normal_list = element.find("normal_indices");
-    if (normal_list != nullptr && !normal_list->list) normal_list = nullptr;
+    const PlyFaceNormals own_normals = ply_face_normals(element);
     const PlyProperty* number = own_elements_ > 0 ? element.find("element") : nullptr;
     if (number != nullptr && number->list) number = nullptr;
     PlyPlan colors;
     std::vector<double> list, normal_items;
     std::vector<std::uint32_t> normals;
+    if (Status fits =
+            mesh_fits(mesh_.positions.size(), element.count, options_, binary_place(text_.at()));
+        !fits) {
+      return fits;
+    }
     const bool room = element.count <= options_.max_triangles;
     if (room) mesh_.triangles.reserve(element.count);
     PlyRow row{};
@@ -330,8 +336,8 @@ class BodyReader {
       if (color) {
         colors.has[static_cast<std::size_t>(role)] = true;
         colors.type[static_cast<std::size_t>(role)] = property.type;
-      } else if (&property != indices && &property != number && &property != normal_list &&
-                 element.count > 0) {
+      } else if (&property != indices && &property != number && &property != own_normals.list &&
+                 own_normals.corner_of(property) < 0 && element.count > 0) {
         ignored_.push_back("property " + quoted(property.name) + " of faces");
       }
     }
@@ -345,8 +351,11 @@ class BodyReader {
         bool got = false;
         if (&property == indices) {
           got = read_indices(property, list);
-        } else if (&property == normal_list) {
+        } else if (&property == own_normals.list) {
           got = read_indices(property, normal_items);
+        } else if (const int corner = own_normals.corner_of(property); corner >= 0) {
+          normal_items.resize(3);
+          got = values_.read(property.type, normal_items[static_cast<std::size_t>(corner)]);
         } else if (&property == number) {
           got = values_.read(property.type, own);
         } else if (property.list) {
@@ -374,17 +383,17 @@ class BodyReader {
       }
       if (const Status face = to_vertices(list, start); !face) return face;
       normals.clear();
-      if (normal_list != nullptr && normal_items.size() == list.size()) {
+      if (own_normals.any() && normal_items.size() == list.size()) {
         for (const double n : normal_items) {
           normals.push_back(n >= 0 && n < 4294967295.0 ? static_cast<std::uint32_t>(n)
                                                        : FaceBuilder::kNoNormal);
         }
-      } else if (!vertex_normals_.empty() && normal_list == nullptr) {
+      } else if (!vertex_normals_.empty() && !own_normals.any()) {
         normals = face_;
       }
       if (const Status added = add_face(normals, of_face, start); !added) return added;
     }
-    own_normals_ = normal_list != nullptr;
+    own_normals_ = own_normals.any();
     return ok();
   }
 

@@ -65,6 +65,25 @@ PlyPlan ply_plan(const PlyElement& element, std::string& skipped) {
   return plan;
 }
 
+int PlyFaceNormals::corner_of(const PlyProperty& property) const {
+  for (int corner = 0; corner < 3; ++corner) {
+    if (each[static_cast<std::size_t>(corner)] == &property) return corner;
+  }
+  return -1;
+}
+
+PlyFaceNormals ply_face_normals(const PlyElement& faces) {
+  PlyFaceNormals found;
+  found.list = faces.find("normal_indices");
+  if (found.list != nullptr && found.list->list) return found;
+  found.list = nullptr;
+  found.each = {faces.find("normal1"), faces.find("normal2"), faces.find("normal3")};
+  for (const PlyProperty* const each : found.each) {
+    if (each == nullptr || each->list) return {};
+  }
+  return found;
+}
+
 Vec3 vector_of(const PlyRow& row, PlyRole first) {
   const auto i = static_cast<std::size_t>(first);
   return {row[i], row[i + 1], row[i + 2]};

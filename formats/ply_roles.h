@@ -48,6 +48,17 @@ struct PlyPlan {
 // Of each role the first property has it; the names of those without one are listed in `skipped`.
 PlyPlan ply_plan(const PlyElement& element, std::string& skipped);
 
+// The faces' properties that count the normals of their corners: one list, or three numbers.
+struct PlyFaceNormals {
+  const PlyProperty* list = nullptr;
+  std::array<const PlyProperty*, 3> each{};
+
+  [[nodiscard]] bool any() const { return list != nullptr || each[0] != nullptr; }
+  // Which corner's number the property is, -1 for none's.
+  [[nodiscard]] int corner_of(const PlyProperty& property) const;
+};
+PlyFaceNormals ply_face_normals(const PlyElement& faces);
+
 // The three values from `first` on.
 Vec3 vector_of(const PlyRow& row, PlyRole first);
 

@@ -9,6 +9,7 @@
 #include "core/mesh_tools/vertex_table.h"
 #include "formats/element_table.h"
 #include "formats/file_marks.h"
+#include "formats/mesh_builder.h"
 #include "formats/parallel.h"
 #include "formats/stl.h"
 #include "formats/text_scanner.h"
@@ -100,6 +101,11 @@ class BinaryReader {
                          80);
       over.code = ErrorCode::kLimit;
       return over;
+    }
+    // A closed mesh has half as many vertices as triangles.
+    const std::size_t vertices = options_.weld ? claimed / 2 : std::size_t{3} * claimed;
+    if (const Status fits = mesh_fits(vertices, claimed, options_, at(80)); !fits) {
+      return fits.error();
     }
     const std::size_t end = kStlHeaderBytes + kStlFacetBytes * std::size_t{claimed};
     if (end != bytes_.size()) {
@@ -399,6 +405,9 @@ class AsciiReader {
       facets += sections_[i].facets.size();
       if (facets > options_.max_triangles)
         return SectionReader::too_many(text_, options_, starts_[i]);
+    }
+    if (const Status fits = mesh_fits(3 * facets, facets, options_, text_.place()); !fits) {
+      return fits.error();
     }
     TriangleMesh mesh;
     FacetGatherer gatherer(facets, options_.weld);

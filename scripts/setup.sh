@@ -21,6 +21,7 @@ build=(
 tests=(
   libgtest-dev         # unit tests
   libassimp-dev        # second reader of STL, OBJ, PLY and OFF
+  libopenmesh-dev      # second reader and writer of the same, peer of the STL reader in bench
   python3              # drives the program
   locales              # a locale with a decimal comma
 )
@@ -28,7 +29,6 @@ tests=(
 command -v npm >/dev/null || tests+=(nodejs npm)
 bench=(
   libbenchmark-dev     # Google Benchmark
-  libopenmesh-dev      # peer of the STL reader
   libtinyobjloader-dev # peer of the OBJ reader
 )
 

@@ -2,10 +2,12 @@
 """`diesink convert` and meshes in `diesink info`, as a user drives them; the formats themselves have their own tests."""
 # SPDX-License-Identifier: Apache-2.0
 import json
+import os
 import re
+import subprocess
 import unittest
 
-from program import BAD_INPUT, NOT_IN_BUILD, NOT_WRITTEN, WRONG_USAGE, CommandLineTest, limited_file_size
+from program import BAD_INPUT, DONE, NOT_IN_BUILD, NOT_WRITTEN, PROGRAM, WRONG_USAGE, CommandLineTest, limited_file_size
 
 # A tetrahedron: 4 vertices, 4 triangles, volume 1/6 of 2*3*4.
 TETRA = """o tip
@@ -121,6 +123,46 @@ class Convert(CommandLineTest):
     def test_limits(self):
         source = self.write("in.obj", TETRA * 20000)
         self.run_program("convert", source, "out.obj", "--max-memory", "1", status=BAD_INPUT)
+
+    def peak(self, *words):
+        """Exit status and largest memory in MiB of a run."""
+        process = subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE)
+        with process.stderr:
+            told = process.stderr.read()
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        return process.returncode, used.ru_maxrss / 1024, told
+
+    def test_memory_of_reading_is_bounded(self):
+        # A grid of 40,000 vertices, the 80,000 triangles of which take megabytes in every format.
+        side = 200
+        lines = [f"v {x} {y} {x * y % 7}" for y in range(side) for x in range(side)]
+        for y in range(side - 1):
+            for x in range(side - 1):
+                a = y * side + x + 1
+                lines += [f"f {a} {a + 1} {a + side}", f"f {a + 1} {a + side + 1} {a + side}"]
+        source = self.write("in.obj", "\n".join(lines) + "\n")
+        small = self.write("small.obj", TETRA)
+        rows = json.loads(self.run_program("formats", "--json").stdout)["formats"]
+        for row in rows:
+            for more in [[], ["--draco"]] if row["id"] in ("gltf", "glb") else [[]]:
+                name = "m" + row["endings"][0]
+                self.run_program("convert", source, name, "--units-in", "mm", *more)
+                _, idle, _ = self.peak("info", small)
+                kept, _, _ = self.peak("info", name, "--max-memory", 256)
+                self.assertEqual(kept, DONE)
+                refused = 0
+                for most in (1, 2, 4, 8, 12):
+                    with self.subTest(name, more=more, most=most):
+                        status, used, told = self.peak("info", name, "--max-memory", most)
+                        self.assertIn(status, (DONE, BAD_INPUT))
+                        if status == BAD_INPUT:
+                            refused += 1
+                            self.assertRegex(told, rb"memory|larger than the limit")
+                            # Stacks of threads and what the heap keeps back come on top.
+                            self.assertLess(used, idle + most + 8)
+                self.assertGreater(refused, 0)
 
 
 class MeshInfo(CommandLineTest):
