@@ -12,6 +12,7 @@ extern const Command kConvertCommand;
 extern const Command kExportCommand;
 extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
+extern const Command kPreviewCommand;
 extern const Command kVerifyCommand;
 
 }  // namespace diesink
