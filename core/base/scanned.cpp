@@ -85,6 +85,10 @@ Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& b
   if (mesh.triangles.size() > (std::size_t{1} << 31)) {
     return bad_scan(base, "the scan has more than 2147483648 triangles", ErrorCode::kLimit);
   }
+  if (base.fill_size > 0) {
+    return bad_scan(base, "FILL is not in this build: holes of a scan stay holes",
+                    ErrorCode::kUnsupported);
+  }
   surface.positions_ = std::move(mesh.positions);
   surface.triangles_ = std::move(mesh.triangles);
   for (const MeshPlacement& step : base.placement) place(surface.positions_, step);

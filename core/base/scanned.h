@@ -43,7 +43,8 @@ class ScannedSurface {
 
   // Lengths in the part program's unit, Z up; `base` gives the steps of the placement.
   // Errors: kInput where no triangle has an area in plan, a position is not finite or leaves the
-  //         coordinate limit of 1e9 in its place; kLimit above 2^31 triangles.
+  //         coordinate limit of 1e9 in its place; kLimit above 2^31 triangles;
+  //         kUnsupported where holes are to be filled.
   static Result<ScannedSurface> make(TriangleMesh mesh, const MeshBase& base, int threads = 0);
 
   // The surface over (x, y); false where no triangle is. face is the triangle's number in the mesh,

@@ -345,6 +345,13 @@ TEST(Scanned, WhatCannotBeABaseIsRefused) {
   EXPECT_FALSE(ScannedSurface::make(mesh, {}));
   mesh.positions[2] = Vec3(0, 2e9, 0);
   EXPECT_FALSE(ScannedSurface::make(mesh, {}));
+  mesh.positions[2] = Vec3(0, 2, 0);
+  EXPECT_TRUE(ScannedSurface::make(mesh, {}));
+  MeshBase filled;
+  filled.fill_size = 1;
+  const Result<ScannedSurface> refused = ScannedSurface::make(mesh, filled);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(Scanned, CompoundSurfaceOnAScan) {
