@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,8 @@ struct NamedCase {
   std::string text;
   double tolerance = 0.01;
 };
+
+inline void PrintTo(const NamedCase& c, std::ostream* out) { *out << c.name; }
 
 // A program on the plane z = 0 over [x0, x1] x [y0, y1]; `expression` goes on after B.
 inline std::string on_plane(const std::string& solids, const std::string& expression,
