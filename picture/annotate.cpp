@@ -72,8 +72,9 @@ void draw_scale(const Paint& paint, const Layout& layout, Canvas& canvas) {
   const double left = layout.legend.left, right = left + 1.5 * layout.letter;
   canvas.text(title_of(paint.coloring), Vec2(left, layout.legend.top + layout.letter),
               layout.letter, kInk);
-  const double top = layout.legend.top + 2.5 * layout.letter;
-  const double bottom = top + std::min(layout.legend.bottom - top, 22 * layout.letter);
+  const double top = std::floor(layout.legend.top + 2.5 * layout.letter);  // whole rows of pixels
+  const double bottom =
+      top + std::max(1.0, std::floor(std::min(layout.legend.bottom - top, 22 * layout.letter)));
   for (double y = top; y < bottom; y += 1) {
     canvas.fill({left, y, right, std::min(y + 1, bottom)},
                 scale_color(paint.coloring, (bottom - y - 0.5) / (bottom - top)));

@@ -61,8 +61,8 @@ Palette palette_of(const CompoundSurface& surface) {
     palette.push_back({solids[k].id + ".wall", wall_shade(k)});
   }
   palette.push_back({"B.wall", mixed(kBaseColor, {0, 0, 0}, 0.18F)});
-  palette.push_back({"skirt", kBlockColor, false});
-  palette.push_back({"floor", kBlockColor, false});
+  palette.push_back({"skirt", kBlockColor, false, true});
+  palette.push_back({"floor", kBlockColor, false, true});
   return palette;
 }
 
@@ -126,6 +126,7 @@ Rgb scale_color(Coloring coloring, double t) {
 }
 
 Rgb Paint::color(std::uint32_t entry, const Vec3& point, const Vec3& normal) const {
+  if ((*palette)[entry].block) return (*palette)[entry].color;
   const double span = high > low ? high - low : 1;
   switch (coloring) {
     case Coloring::kElement:
@@ -138,7 +139,7 @@ Rgb Paint::color(std::uint32_t entry, const Vec3& point, const Vec3& normal) con
     }
     case Coloring::kDeviation: {
       constexpr double kUpright = 1e-3;
-      if (std::abs(normal.z()) < kUpright || !(*palette)[entry].listed) return kUnknownColor;
+      if (std::abs(normal.z()) < kUpright) return kUnknownColor;
       const std::optional<CcDatum> datum = surface->at(point.x(), point.y());
       if (!datum) return kUnknownColor;
       return scale_color(coloring, ((point.z() - datum->z) * datum->n.z() - low) / span);

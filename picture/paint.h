@@ -20,7 +20,8 @@ enum class Coloring : std::uint8_t { kElement, kHeight, kSlope, kDeviation };
 struct PaletteEntry {
   std::string name;
   Rgb color;
-  bool listed = true;  // in the legend; the sides and floor under a part are not
+  bool listed = true;  // in the legend
+  bool block = false;  // a side or the floor under a part: no height, slope or deviation to tell
 };
 using Palette = std::vector<PaletteEntry>;
 
