@@ -102,6 +102,28 @@ std::vector<BaseBorderPiece> border_pieces(const FergusonSurface& base, double c
   return pieces;
 }
 
+// Whether two sides are one quadric: coefficients about one centre, scaled to one size.
+bool same_quadric(const BodyLine& a, const BodyLine& b) {
+  if (!a.has_side() || !b.has_side()) return false;
+  const SideQuadratic &p = a.side(), &q = b.side();
+  const auto form = [](const SideQuadratic& s) {
+    Mat3 m;
+    m << s.cxx, 0.5 * s.cxy, s.bx, 0.5 * s.cxy, s.cyy, s.by, s.bx, s.by, s.q2;
+    return m;
+  };
+  const Mat3 mp = form(p), mq = form(q);
+  const double np = mp.norm(), nq = mq.norm();
+  constexpr double kSame = 1e-12;  // of the coefficients: rounding of the ways a part program can state one body
+  if ((mp / np - mq / nq).norm() > kSame) return false;
+  const Vec3 shift(p.cx - q.cx, p.cy - q.cy, p.cz - q.cz);
+  const Vec3 lp(0.5 * p.cx1, 0.5 * p.cy1, p.b0), lq(0.5 * q.cx1, 0.5 * q.cy1, q.b0);
+  const Vec3 at_p = lq + mq * shift;
+  const double reach = a.plan_box().x1 - a.plan_box().x0 + a.plan_box().y1 - a.plan_box().y0 + a.z_high() - a.z_low();
+  if ((lp / np - at_p / nq).norm() > kSame * reach) return false;
+  const double cq = q.c0 + 2 * lq.dot(shift) + shift.dot(mq * shift);
+  return std::fabs(p.c0 / np - cq / nq) <= kSame * reach * reach;
+}
+
 }  // namespace
 
 void PlanIndex::build(const std::vector<CompoundStep>& steps, const std::vector<PlanBox>& boxes,
@@ -272,6 +294,23 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
   impl->tie = std::ldexp(impl->size, -42);
   impl->bodies.clear();
   for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, impl->tie);
+
+  // Sides that are one quadric, found among neighbours in plan (64 of them: more in one place are not told).
+  std::vector<std::size_t> order(impl->bodies.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
+    return impl->bodies[i].side().cx < impl->bodies[j].side().cx;
+  });
+  impl->side_class.resize(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) impl->side_class[i] = static_cast<std::int32_t>(i);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const BodyLine& a = impl->bodies[order[k]];
+    for (std::size_t n = k + 1; n < order.size() && n < k + 64; ++n) {
+      if (!same_quadric(a, impl->bodies[order[n]])) continue;
+      const std::int32_t first = std::min(impl->side_class[order[k]], impl->side_class[order[n]]);
+      impl->side_class[order[k]] = impl->side_class[order[n]] = first;
+    }
+  }
 
   if (const PlaneBase* plane = std::get_if<PlaneBase>(&own.base)) {
     impl->base.emplace<PlaneSurface>(*plane);

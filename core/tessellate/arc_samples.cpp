@@ -30,8 +30,10 @@ double chord_distance(const Vec3& a, const Vec3& m, const Vec3& b) {
 ArcSamples::ArcSamples(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
                        const SamplingOptions& options)
     : surface_(surface), arrangement_(arrangement), options_(options), solver_(surface) {
-  for (const PlanRegion& region : arrangement.regions) {
-    if (region.label != kNoLabel) charts_.try_emplace(region.label, surface, region.label);
+  for (const PlanArc& arc : arrangement.arcs) {
+    for (const Label label : {arc.left, arc.right}) {
+      if (label != kNoLabel) charts_.try_emplace(label, surface, label);
+    }
   }
 }
 

@@ -399,7 +399,8 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   const PlanBox inner{domain.x0 + inset, domain.x1 - inset, domain.y0 + inset, domain.y1 - inset};
   TreeLimits limits;
   limits.least = options.least;
-  limits.flat = std::fmax(1e-9 * surface.size, 1e-4 * options.tolerance);
+  if (!(options.flat > 0)) options.flat = std::fmax(1e-9 * surface.size, 1e-3 * options.tolerance);
+  limits.flat = options.flat;
   CellTree tree(surface, inner, limits);
   CellGraph graph = make_graph(surface, tree, options);
   Arrangement out;

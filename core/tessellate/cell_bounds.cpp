@@ -205,6 +205,7 @@ Coverage scan_over(const ScannedSurface& scan, const CellBox& box, double guard,
 }  // namespace
 
 Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box) {
+  if (f.same >= 0 && f.same == g.same) return {0, 0};
   const double reach = std::fabs(f.gx - g.gx) * box.hx + std::fabs(f.gy - g.gy) * box.hy;
   const double c = f.c - g.c;
   return {c - reach + f.lo - g.hi, c + reach + f.hi - g.lo};
@@ -372,6 +373,7 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
   for (const RimOver& r : rims) side_possible = side_possible && !r.side_hidden;
   if (side_possible) {
     FaceOver f = base_face(kFaceSide);
+    f.same = 2 * surface.side_class[static_cast<std::size_t>(step.solid)] + (upper ? 1 : 0);
     bool defined = inside || !between;
     if (!defined && disc.lo > 0) {
       // The whole box is inside the strip or wedge of the side; a cone's wedge must be its own.

@@ -143,7 +143,7 @@ void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std:
   std::vector<std::uint32_t> here = steps;
   CellVerdict verdict;
   const CellBox box = CellBox::of({p.p.x(), q.p.x(), p.p.y(), q.p.y()});
-  classify(surface_, vertices_, box, here, 0, verdict);
+  classify(surface_, vertices_, box, here, options_.flat, verdict);
   if (verdict.kind == CellKind::kPlain && p.state.label == q.state.label) return;
   const bool along_y = box.hy > box.hx;
   bool single = false;
@@ -225,7 +225,8 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
     });
     for (std::size_t k = 0; k < n; k += 2) {
       if (!matches(items[order[k]], items[order[k + 1]])) return false;
-      if (!graph_.nodes[items[order[k]].node].curve.same_as(
+      if (!info.merged &&
+          !graph_.nodes[items[order[k]].node].curve.same_as(
               graph_.nodes[items[order[k + 1]].node].curve))
         return false;
       mate[order[k]] = order[k + 1];
@@ -315,10 +316,6 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     return p.x() >= b.x0 - margin && p.x() <= b.x1 + margin && p.y() >= b.y0 - margin &&
            p.y() <= b.y1 + margin;
   };
-  if (info.has_vertex) {
-    add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
-    return true;
-  }
   const auto seen = [&](const PlanCurve& curve, const Vec2& p, double z) {
     for (const Item& item : items) {
       if (item.after == kNoLabel) continue;
@@ -328,6 +325,34 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     }
     return true;
   };
+  // A corner is one only if every curve that comes in runs through it. (Least cells cannot choose.)
+  const auto own_height = [&](const GraphNode& node) {
+    const SurfaceRef& r = node.curve.first;
+    for (const LabelHeight& h : node.heights) {
+      if (solver_.ref_of(h.label) == r) return h.z;
+    }
+    // The end of a body that neither label belongs to.
+    if (node.curve.type == CurveType::kShadow) return solver_.shadow_height(node.curve, node.x, node.y);
+    return node.heights.empty() ? 0.0 : node.heights.front().z;
+  };
+  const auto runs_through_all = [&](const Vec2& p) {
+    for (const Item& item : items) {
+      const GraphNode& node = graph_.nodes[item.node];
+      const Vec2 along = p - Vec2(node.x, node.y);
+      const double length = along.norm();
+      if (!(length > 1e-9 * surface_.size)) continue;
+      const Vec2 across(-along.y() / length, along.x() / length);
+      double t = 0, z = own_height(node);
+      if (!solver_.on_line(node.curve, p, across, t, z)) continue;  // tangent there: no word against it
+      if (std::fabs(t) > 1e-7 * surface_.size && std::fabs(t) < length) return false;
+    }
+    return true;
+  };
+  if (info.has_vertex) {
+    if (c.kind != CellKind::kLeast && !runs_through_all(info.vertex.head<2>())) return false;
+    add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
+    return true;
+  }
   Vec2 middle = Vec2::Zero();
   for (const Item& item : items)
     middle += Vec2(graph_.nodes[item.node].x, graph_.nodes[item.node].y);
@@ -336,22 +361,13 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     for (std::size_t j = i + 1; j < items.size(); ++j) {
       const GraphNode &m = graph_.nodes[items[i].node], &n = graph_.nodes[items[j].node];
       if (m.curve.same_as(n.curve)) continue;
-      const auto own_height = [&](const GraphNode& node) {
-        const SurfaceRef& r = node.curve.first;
-        for (const LabelHeight& h : node.heights) {
-          if (solver_.ref_of(h.label) == r) return h.z;
-        }
-        // The end of a body that neither label belongs to.
-        if (node.curve.type == CurveType::kShadow)
-          return solver_.shadow_height(node.curve, node.x, node.y);
-        return node.heights.empty() ? 0.0 : node.heights.front().z;
-      };
       Vec2 at = middle;
       double z1 = own_height(m), z2 = own_height(n);
       const PlanCurve one = m.curve, two = n.curve;
       if (!solver_.corner(one, two, at, z1, z2) || !within(at)) continue;
       // The other sheet of a side is not the corner that is seen.
       if (!seen(one, at, z1) || !seen(two, at, z2)) continue;
+      if (c.kind != CellKind::kLeast && !runs_through_all(at)) continue;
       if (c.kind == CellKind::kLeast) {
         // Tiny cells lie on the corner; their own box is the better bound.
         at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);

@@ -87,6 +87,7 @@ void CellTree::grow(std::int32_t cell, const std::vector<std::uint32_t>& steps) 
   CellInfo info;
   info.cell = cell;
   info.has_vertex = verdict.has_vertex;
+  info.merged = verdict.merged;
   info.vertex = verdict.vertex;
   info.depth = verdict.depth;
   info.sorted_by_y = verdict.functions.count > 0 && verdict.functions[0].regular_x();

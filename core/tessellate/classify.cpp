@@ -98,6 +98,16 @@ bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box,
   return gap + bend <= 8 * slack;
 }
 
+// The zero lines of two functions have no common point in the box: lines side by side.
+bool run_apart(const PlanFunction& f, const PlanFunction& g, const CellBox& box) {
+  const double nf = std::hypot(f.cgx, f.cgy), ng = std::hypot(g.cgx, g.cgy);
+  if (!(nf > 0) || !(ng > 0)) return false;
+  const double s = f.cgx * g.cgx + f.cgy * g.cgy >= 0 ? 1 / ng : -1 / ng;
+  const double reach = std::fabs(f.cgx / nf - g.cgx * s) * box.hx +
+                       std::fabs(f.cgy / nf - g.cgy * s) * box.hy + f.bend / nf + g.bend / ng;
+  return std::fabs(f.v / nf - g.v * s) > reach;  // false for NaN and unbounded bends
+}
+
 bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
   // 0 not in fx gy - fy gx.
   const auto product = [](const Range& a, const Range& b, double& lo, double& hi) {
@@ -158,6 +168,15 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
   }
   if (fs.count == 2 && fs[0].regular() && fs[1].regular() && is_transverse(fs[0], fs[1])) {
     v.kind = CellKind::kCorner;
+    return;
+  }
+  bool apart = fs.count >= 2;
+  for (int i = 0; i < fs.count && apart; ++i) {
+    apart = fs[i].regular();
+    for (int j = 0; j < i && apart; ++j) apart = run_apart(fs[i], fs[j], box);
+  }
+  if (apart) {
+    v.kind = CellKind::kCorner;  // arcs side by side, joined curve by curve
     return;
   }
   if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], v)) {
@@ -358,9 +377,27 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
     return false;
   };
+  // The end of a body and the line where its face meets another: where the body's underside all but lies on that
+  // other face the two run side by side, closer than the tolerance can tell, with nothing between them.
+  const auto ends_beside = [&](const PlanFunction& f, const PlanFunction& g) {
+    const PlanFunction& crossing = f.kind == PlanFunction::Kind::kCrossing ? f : g;
+    const PlanFunction& shadow = f.kind == PlanFunction::Kind::kCrossing ? g : f;
+    if (crossing.kind != PlanFunction::Kind::kCrossing || shadow.solid < 0 ||
+        (shadow.kind != PlanFunction::Kind::kShadow && shadow.kind != PlanFunction::Kind::kRim)) {
+      return false;
+    }
+    for (const Label label : {crossing.a, crossing.b}) {
+      if (surface.steps[surface.step_of_row[static_cast<std::size_t>(row_of(label))]].solid == shadow.solid) return true;
+    }
+    return false;
+  };
   const auto push = [&](const PlanFunction& f) {
     for (const PlanFunction& g : fs) {
       if (same_line(f, g, box, tie)) return;
+      if (ends_beside(f, g) && same_line(f, g, box, flat)) {
+        verdict.merged = true;
+        return;
+      }
     }
     fs.push(f);
   };
