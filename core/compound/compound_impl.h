@@ -60,7 +60,8 @@ struct BaseBorderPiece {
 struct CompoundSurface::Impl {
   PartProgram program;
   std::vector<BodyLine> bodies;  // one a solid of the program
-  std::vector<std::int32_t> side_class;  // of each body: the first body whose side is the same quadric
+  std::vector<std::int32_t>
+      side_class;  // of each body: the first body whose side is the same quadric
   std::vector<CompoundStep> steps;
   std::vector<std::uint32_t> step_of_row;
   std::variant<std::monostate, PlaneSurface, FergusonSurface, ScannedSurface> base;

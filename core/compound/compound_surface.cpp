@@ -113,12 +113,14 @@ bool same_quadric(const BodyLine& a, const BodyLine& b) {
   };
   const Mat3 mp = form(p), mq = form(q);
   const double np = mp.norm(), nq = mq.norm();
-  constexpr double kSame = 1e-12;  // of the coefficients: rounding of the ways a part program can state one body
+  constexpr double kSame =
+      1e-12;  // of the coefficients: rounding of the ways a part program can state one body
   if ((mp / np - mq / nq).norm() > kSame) return false;
   const Vec3 shift(p.cx - q.cx, p.cy - q.cy, p.cz - q.cz);
   const Vec3 lp(0.5 * p.cx1, 0.5 * p.cy1, p.b0), lq(0.5 * q.cx1, 0.5 * q.cy1, q.b0);
   const Vec3 at_p = lq + mq * shift;
-  const double reach = a.plan_box().x1 - a.plan_box().x0 + a.plan_box().y1 - a.plan_box().y0 + a.z_high() - a.z_low();
+  const double reach = a.plan_box().x1 - a.plan_box().x0 + a.plan_box().y1 - a.plan_box().y0 +
+                       a.z_high() - a.z_low();
   if ((lp / np - at_p / nq).norm() > kSame * reach) return false;
   const double cq = q.c0 + 2 * lq.dot(shift) + shift.dot(mq * shift);
   return std::fabs(p.c0 / np - cq / nq) <= kSame * reach * reach;
@@ -295,7 +297,8 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
   impl->bodies.clear();
   for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, impl->tie);
 
-  // Sides that are one quadric, found among neighbours in plan (64 of them: more in one place are not told).
+  // Sides that are one quadric, found among neighbours in plan (64 of them: more in one place are
+  // not told).
   std::vector<std::size_t> order(impl->bodies.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {

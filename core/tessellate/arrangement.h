@@ -60,7 +60,8 @@ struct Arrangement {
 struct ArrangementOptions {
   double tolerance =
       0;  // of the tessellation; decides what is too small to matter, never what is found above it
-  double flat = 0;   // length under which surfaces, or lines side by side, count as one; 0 = 1e-3 of the tolerance
+  double flat = 0;  // length under which surfaces, or lines side by side, count as one; 0 = 1e-3 of
+                    // the tolerance
   double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
 };
 

@@ -330,8 +330,7 @@ void Assembler::add_curves() {
   std::vector<std::uint32_t> chain;
   std::vector<char> crease(out_.mesh.positions.size(), 0), jump = crease, corner = crease;
   const auto element_index = [&](Label label) {
-    return label == kNoLabel ? MeshCurve::kNoElement
-                             : element(compound_.element_name(label), "");
+    return label == kNoLabel ? MeshCurve::kNoElement : element(compound_.element_name(label), "");
   };
   for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
     const PlanArc& arc = arrangement_.arcs[a];

@@ -70,8 +70,8 @@ struct FaceOver {
   bool side = false;  // a quadric side: its silhouette may lie in the box
   bool has_mid =
       false;  // z is on `upper`'s side of the middle plane mc + mgx dx + mgy dy (between the roots)
-  bool tangent = false;  // the linear part is the tangent plane (else the middle plane)
-  std::int32_t same = -1;          // sides of one quadric seen from one side have one number; -1: no side
+  bool tangent = false;    // the linear part is the tangent plane (else the middle plane)
+  std::int32_t same = -1;  // sides of one quadric seen from one side have one number; -1: no side
   double c = 0, gx = 0, gy = 0;
   double lo = 0, hi = 0;
   double mc = 0, mgx = 0, mgy = 0;

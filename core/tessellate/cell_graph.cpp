@@ -225,9 +225,8 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
     });
     for (std::size_t k = 0; k < n; k += 2) {
       if (!matches(items[order[k]], items[order[k + 1]])) return false;
-      if (!info.merged &&
-          !graph_.nodes[items[order[k]].node].curve.same_as(
-              graph_.nodes[items[order[k + 1]].node].curve))
+      if (!info.merged && !graph_.nodes[items[order[k]].node].curve.same_as(
+                              graph_.nodes[items[order[k + 1]].node].curve))
         return false;
       mate[order[k]] = order[k + 1];
       mate[order[k + 1]] = order[k];
@@ -332,7 +331,8 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
       if (solver_.ref_of(h.label) == r) return h.z;
     }
     // The end of a body that neither label belongs to.
-    if (node.curve.type == CurveType::kShadow) return solver_.shadow_height(node.curve, node.x, node.y);
+    if (node.curve.type == CurveType::kShadow)
+      return solver_.shadow_height(node.curve, node.x, node.y);
     return node.heights.empty() ? 0.0 : node.heights.front().z;
   };
   const auto runs_through_all = [&](const Vec2& p) {
@@ -343,7 +343,8 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
       if (!(length > 1e-9 * surface_.size)) continue;
       const Vec2 across(-along.y() / length, along.x() / length);
       double t = 0, z = own_height(node);
-      if (!solver_.on_line(node.curve, p, across, t, z)) continue;  // tangent there: no word against it
+      if (!solver_.on_line(node.curve, p, across, t, z))
+        continue;  // tangent there: no word against it
       if (std::fabs(t) > 1e-7 * surface_.size && std::fabs(t) < length) return false;
     }
     return true;

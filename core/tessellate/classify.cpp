@@ -377,8 +377,9 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
     return false;
   };
-  // The end of a body and the line where its face meets another: where the body's underside all but lies on that
-  // other face the two run side by side, closer than the tolerance can tell, with nothing between them.
+  // The end of a body and the line where its face meets another: where the body's underside all but
+  // lies on that other face the two run side by side, closer than the tolerance can tell, with
+  // nothing between them.
   const auto ends_beside = [&](const PlanFunction& f, const PlanFunction& g) {
     const PlanFunction& crossing = f.kind == PlanFunction::Kind::kCrossing ? f : g;
     const PlanFunction& shadow = f.kind == PlanFunction::Kind::kCrossing ? g : f;
@@ -387,7 +388,9 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       return false;
     }
     for (const Label label : {crossing.a, crossing.b}) {
-      if (surface.steps[surface.step_of_row[static_cast<std::size_t>(row_of(label))]].solid == shadow.solid) return true;
+      if (surface.steps[surface.step_of_row[static_cast<std::size_t>(row_of(label))]].solid ==
+          shadow.solid)
+        return true;
     }
     return false;
   };

@@ -188,6 +188,29 @@ bool CurveSolver::on_sheet(Label label, const Vec2& p, double z) const {
   return plus ? z >= middle - 4 * surface_->tie : z <= middle + 4 * surface_->tie;
 }
 
+// Near where a silhouette touches a rim both curves run on beyond the point of contact, inside the
+// shadow: the silhouette is its border only between the caps, the rim only beyond the silhouette.
+bool CurveSolver::borders(const BodyLine& body, const PlanCurve& shadow, const Vec2& at,
+                          double z) const {
+  const SideQuadratic& s = body.side();
+  if (!body.has_side() || body.side_rule() != SideRule::kBetween || !(s.q2 > 0)) return true;
+  const double dx = at.x() - s.cx, dy = at.y() - s.cy;
+  const double close = 1e-10 * surface_->size;
+  const double middle = s.cz - (s.b0 + s.bx * dx + s.by * dy) / s.q2;
+  const std::uint8_t cap_face =
+      shadow.first.face == kFaceSide ? shadow.second.face : shadow.first.face;
+  const bool silhouette = shadow.second.face == SurfaceRef::kSilhouetteFace;
+  for (const bool upper : {true, false}) {
+    for (const PlanarCap& cap : upper ? body.upper_caps() : body.lower_caps()) {
+      const double above = (silhouette ? z : middle) - (cap.z0 + cap.zx * dx + cap.zy * dy);
+      if (silhouette && (upper ? above > close : above < -close)) return false;
+      if (!silhouette && cap.face == cap_face && (upper ? above < -close : above > close))
+        return false;
+    }
+  }
+  return true;
+}
+
 CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b,
                                                 double zb) const {
   Change change;
@@ -225,6 +248,7 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
           const Vec2 mid_way = 0.5 * (p + q);
           if (!try_curve(shadow, p, d, shadow_height(shadow, mid_way.x(), mid_way.y()), t, z))
             return false;
+          if (!borders(body, shadow, p + t * d, z)) return false;
           accept(CurveType::kShadow, own, other, plus);
           return true;
         };

@@ -82,6 +82,7 @@ class CurveSolver {
   Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const;
 
  private:
+  bool borders(const BodyLine& body, const PlanCurve& shadow, const Vec2& at, double z) const;
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
                  double& z) const;
 

@@ -296,6 +296,11 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
                       }
                     });
     any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
+    // Borders that truly overlap would be split for ever.
+    bool hopeless = false;
+    for (std::size_t r = 0; r < regions.size(); ++r)
+      hopeless = hopeless || (to_build[r] && asked[r].size() > 20'000);
+    if (hopeless) break;
     bool split_any = false;
     for (std::size_t r = 0; r < regions.size(); ++r) {
       for (const Region::Chord& chord : asked[r]) {
