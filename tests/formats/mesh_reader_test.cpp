@@ -285,6 +285,31 @@ TEST(MeshReader, MagicsColorsHaveRedInTheLowBits) {
   EXPECT_EQ(outcome.mesh.elements[1].color, (std::array<std::uint8_t, 4>{0x10, 0x20, 0x30, 0xFF}));
 }
 
+TEST(MeshReader, PlyNormalsOfCornersAsAListOrAsThreeNumbers) {
+  const std::string vertices =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\n";
+  const std::string normals =
+      "element normal 2\nproperty float nx\nproperty float ny\nproperty float nz\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n";
+  const std::string list = vertices + "property list uchar int normal_indices\n" + normals +
+                           "3 0 1 2 3 1 0 1\n0 0 1\n0 1 0\n";
+  const std::string numbers =
+      vertices + "property int normal1\nproperty uchar normal2\nproperty int normal3\n" + normals +
+      "3 0 1 2 1 0 1\n0 0 1\n0 1 0\n";
+  for (const std::string& text : {list, numbers}) {
+    const Outcome outcome = read(kPly, text);
+    ASSERT_TRUE(outcome.read) << outcome.said;
+    EXPECT_EQ(outcome.said, "");
+    ASSERT_EQ(outcome.mesh.normals.size(), 2U);
+    ASSERT_EQ(outcome.mesh.corner_normals.size(), 1U);
+    EXPECT_EQ(outcome.mesh.corner_normals[0], (std::array<std::uint32_t, 3>{1, 0, 1}));
+  }
+  std::string past = numbers;
+  past.replace(past.find("3 0 1 2 1 0 1"), 13, "3 0 1 2 1 0 2");
+  EXPECT_NE(read(kPly, past).said.find("past the last"), std::string::npos);
+}
+
 TEST(MeshReader, LimitsHold) {
   ReadOptions options;
   options.max_triangles = 1;
