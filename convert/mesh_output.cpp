@@ -93,7 +93,8 @@ Result<WrittenMesh> write_mesh(OutputFiles& files, const MeshTarget& target,
   return write_mesh_file(target.path, mesh, std::move(write), files, target.format);
 }
 
-std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh) {
+std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh, bool ascii) {
+  const bool stl = format.id == "stl";  // its two kinds keep different things
   struct Part {
     Keeps kept;
     bool held;
@@ -104,13 +105,17 @@ std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh)
                                    [](const MeshElement& each) { return each.color.has_value(); });
   const bool named = std::any_of(mesh.elements.begin(), mesh.elements.end(),
                                  [](const MeshElement& each) { return !each.name.empty(); });
+  const std::string title = stl ? (ascii ? "ASCII STL" : "binary STL") : std::string(format.title);
   std::vector<std::string> lost;
   for (const Part& part :
-       {Part{format.names, named, "names of groups"}, Part{format.colors, colored, "colours"},
+       {Part{stl && !ascii ? Keeps::kNo : format.names, named, "names of groups"},
+        Part{stl && ascii ? Keeps::kNo : format.colors, colored, "colours"},
+        Part{stl && ascii ? Keeps::kNo : format.units,
+             mesh.unit != LengthUnit::kUnknown || mesh.up != UpAxis::kUnknown, "units and up axis"},
         Part{format.normals, !mesh.normals.empty(), "normals"},
         Part{format.lines, !mesh.curves.empty(), "lines"}}) {
     if (part.held && part.kept == Keeps::kNo) {
-      lost.push_back(std::string(format.title) + " keeps no " + part.name + ": they are left out");
+      lost.push_back(title + " keeps no " + part.name + ": they are left out");
     }
   }
   return lost;

@@ -49,6 +49,6 @@ Result<WrittenMesh> write_mesh(OutputFiles& files, const MeshTarget& target,
                                WriteOptions write);
 
 // One line for each thing the mesh holds that the format does not: "STL keeps no lines".
-std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh);
+std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh, bool ascii);
 
 }  // namespace diesink

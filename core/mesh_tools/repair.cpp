@@ -225,9 +225,11 @@ class Repair {
     std::vector<std::uint32_t> side_from(mesh_.positions.size(), kNone);
     for_each_edge(edge_uses(mesh_.triangles, mesh_.positions.size()),
                   [&](std::span<const EdgeUse> edge) {
+                    edges_.push_back(edge_key(edge[0].low, edge[0].high));
                     if (edge.size() == 1)
                       side_from[edge[0].forward ? edge[0].low : edge[0].high] = edge[0].corner;
                   });
+    std::sort(edges_.begin(), edges_.end());
     std::vector<std::uint32_t> loop;
     for (std::uint32_t start = 0; start < side_from.size(); ++start) {
       if (side_from[start] == kNone) continue;
@@ -256,6 +258,18 @@ class Repair {
     if ((high - low).norm() > size) return;
     std::vector<Triangle> cut;
     if (!cut_polygon(corners, cut)) return;
+    if (!closes(loop, cut)) {
+      // A corner triangle of a sheet's border would be repeated, its third edge have four
+      // triangles.
+      const auto last = static_cast<std::uint32_t>(loop.size());
+      cut.clear();
+      for (std::uint32_t i = 0; i < last; ++i) cut.push_back({i, (i + 1) % last, last});
+      Vec3 middle = Vec3::Zero();
+      for (const Vec3& p : corners) middle += p / static_cast<double>(last);
+      if (!mesh_.vertex_colors.empty()) mesh_.vertex_colors.push_back(mesh_.vertex_colors[loop[0]]);
+      loop.push_back(static_cast<std::uint32_t>(mesh_.positions.size()));
+      mesh_.positions.push_back(middle);
+    }
     ++report_.filled_holes;
     report_.added_triangles += cut.size();
     for (const Triangle& c : cut) {
@@ -273,8 +287,28 @@ class Repair {
     }
   }
 
+  static std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+    return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+  }
+
+  // No edge across the hole is there already.
+  [[nodiscard]] bool closes(const std::vector<std::uint32_t>& loop,
+                            const std::vector<Triangle>& cut) const {
+    const auto count = static_cast<std::uint32_t>(loop.size());
+    for (const Triangle& t : cut) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if ((a + 1) % count == b || (b + 1) % count == a) continue;
+        if (std::binary_search(edges_.begin(), edges_.end(), edge_key(loop[a], loop[b])))
+          return false;
+      }
+    }
+    return true;
+  }
+
   TriangleMesh& mesh_;
   const RepairOptions& options_;
+  std::vector<std::uint64_t> edges_;  // before holes are filled, sorted
   RepairReport report_;
   std::map<std::uint32_t, std::uint32_t> reversed_;
 };

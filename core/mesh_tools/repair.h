@@ -35,7 +35,8 @@ struct RepairReport {
 // triangles of each shell the same way, most of them staying as they are, and a closed mesh outside
 // out; pairs the triangles at an edge of more than two so that each pair bounds the same material
 // and gives every sheet its own vertices; fills small holes by triangles of the neighbouring
-// element. Nothing else moves: positions stay as they are.
+// element, about a new vertex in the middle where an edge across the hole is there already. Nothing
+// else moves: positions stay as they are.
 RepairReport repair(TriangleMesh& mesh, const RepairOptions& options = {});
 
 // The table of `--repair`: a line a quantity, before and after, then what was done.

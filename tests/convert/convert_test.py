@@ -74,6 +74,15 @@ class Convert(CommandLineTest):
         self.assertIn(b"out.off: warning:", done.stderr)
         self.assertIn(b"names", done.stderr)
 
+    def test_what_each_kind_of_stl_loses_is_told(self):
+        source = self.write("in.obj", TETRA)
+        binary = self.run_program("convert", source, "out.stl", "--units-in", "mm").stderr
+        self.assertIn(b"names", binary)
+        self.assertNotIn(b"units", binary)
+        text = self.run_program("convert", source, "out.stl", "--units-in", "mm", "--ascii").stderr
+        self.assertIn(b"units", text)
+        self.assertNotIn(b"names", text)
+
     def test_stdin_and_stdout(self):
         source = TETRA.encode()
         done = self.run_program("convert", "-", "-", "--format", "off", stdin=source)

@@ -372,5 +372,26 @@ TEST(Repair, NeverMakesRandomMeshesWorse) {
   }
 }
 
+TEST(Repair, AHoleAroundASheetRepeatsNoCornerTriangle) {
+  // A square sheet: its border is one hole, and each of two corners is a triangle of its own.
+  TriangleMesh sheet;
+  for (int j = 0; j < 4; ++j) {
+    for (int i = 0; i < 4; ++i) sheet.positions.emplace_back(i, j, i * j % 2);
+  }
+  for (std::uint32_t j = 0; j < 3; ++j) {
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = j * 4 + i;
+      sheet.triangles.push_back({a, a + 1, a + 4});
+      sheet.triangles.push_back({a + 1, a + 5, a + 4});
+    }
+  }
+  RepairOptions options;
+  options.max_hole = 100;
+  const RepairReport report = repair(sheet, options);
+  EXPECT_EQ(report.filled_holes, 1U);
+  EXPECT_EQ(report.after.duplicates, 0U);
+  EXPECT_TRUE(report.after.watertight) << report.after.why_not;
+}
+
 }  // namespace
 }  // namespace diesink
