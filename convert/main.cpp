@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "convert/arguments.h"
+#include "convert/command_app.h"
 #include "convert/commands.h"
+#include "convert/option_pages.h"
 #include "core/nearest.h"
 #include "formats/output_file.h"
 
@@ -52,7 +53,7 @@ std::string overview() {
     text += std::string(each->summary) + "\n" + indent + "  " + std::string(each->example) + "\n";
   }
   return text +
-         "\n  --version, --help\n\n"
+         "\n  --version, --help, --man, --completion bash|zsh|fish\n\n"
          "exit status: 0 done, 1 wrong usage, 2 bad input, 3 not in this build,\n"
          "             4 an output could not be written, 5 done but not kept to what was asked\n";
 }
@@ -85,33 +86,8 @@ ExitStatus report_wrong_usage(const CLI::App& command, const CLI::ParseError& pr
   return ExitStatus::kWrongUsage;
 }
 
-struct Chosen {
-  const Command* command = nullptr;
-  std::unique_ptr<CLI::App> app;
-  CommonOptions common;
-  std::optional<int> threads;
-  Run run;
-};
-
-void prepare(Chosen& chosen) {
-  const Command& command = *chosen.command;
-  chosen.app = std::make_unique<CLI::App>(std::string(command.summary), std::string(command.name));
-  chosen.run = command.setup(*chosen.app);
-  constexpr int kMaxThreads = 1024;
-  add_whole_number(*chosen.app, "--threads", chosen.threads, "threads to use (default: all cores)",
-                   1, kMaxThreads);
-  chosen.app->add_flag("--quiet", chosen.common.quiet, "no progress and no summary");
-  if (command.reports) {
-    chosen.app->add_flag("--json", chosen.common.json,
-                         "one JSON object on stdout, nothing else there");
-  }
-  chosen.app->footer("\nExample:\n  " + std::string(command.example));
-}
-
 ExitStatus run_command(const Command& command, int count, char** words) {
-  Chosen chosen;
-  chosen.command = &command;
-  prepare(chosen);
+  const CommandApp chosen(command);
   try {
     chosen.app->parse(count, words);
   } catch (const CLI::CallForHelp&) {
@@ -119,8 +95,8 @@ ExitStatus run_command(const Command& command, int count, char** words) {
   } catch (const CLI::ParseError& problem) {
     return report_wrong_usage(*chosen.app, problem);
   }
-  chosen.common.threads = chosen.threads.value_or(0);
-  return chosen.run(chosen.common);
+  chosen.common->threads = chosen.threads->value_or(0);
+  return chosen.run(*chosen.common);
 }
 
 ExitStatus run_program(int count, char** words) {
@@ -131,6 +107,11 @@ ExitStatus run_program(int count, char** words) {
   const std::string_view word = words[1];
   if (word == "--version") return print(kVersionLine);
   if (word == "--help" || word == "-h") return print(overview());
+  if (word == "--man") return print(manual_page());
+  if (word == "--completion") {
+    const std::optional<std::string> text = completion(count > 2 ? words[2] : "");
+    return text ? print(*text) : report_usage("--completion: expected bash, zsh or fish");
+  }
   std::vector<std::string> known;
   for (const Command* each : all_commands()) {
     if (each->name == word) return run_command(*each, count - 1, words + 1);
