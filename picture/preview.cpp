@@ -92,7 +92,14 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
   how.threads = options.threads;
   how.tolerance = deviation ? tolerance : 0.2 * pixel_length(surface, layout);
   how.solid = !plan && !deviation;
-  const Result<Tessellation> die = tessellate(surface, how);
+  Result<Tessellation> die = tessellate(surface, how);
+  if (!die && die.error().code == ErrorCode::kUnsupported) {
+    // A surface without certified creases is seen by its grid array.
+    how.scheme = MeshScheme::kGrid;
+    how.creases = false;
+    how.solid = false;
+    die = tessellate(surface, how);
+  }
   if (!die) return die.error();
   const TriangleMesh& mesh = die->mesh;
   if (mesh.triangles.empty()) {

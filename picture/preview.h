@@ -28,9 +28,10 @@ struct Picture {
 };
 
 // The plan view comes straight from the evaluator; the others, and deviations, from a mesh: to a
-// fifth of a pixel, closed with sides and a floor; for deviations to the program's tolerance.
-// The same bytes for any number of threads.
-// Errors: those of tessellate(); kLimit where memory does not hold the picture.
+// fifth of a pixel, closed with sides and a floor; for deviations to the program's tolerance. Where
+// tessellate() has no creases (a scanned base) it is the plain grid of the program's intervals,
+// without lines. The same bytes for any number of threads. Errors: those of tessellate(); kLimit
+// where memory does not hold the picture.
 Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& options);
 
 // Errors: kInput for a mesh without triangles; kUsage for deviations, which need a surface.

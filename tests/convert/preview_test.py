@@ -85,6 +85,13 @@ class Preview(CommandLineTest):
                 rows = self.picture(name, "--size", "120x90")
                 self.assertGreater(len({pixel for row in rows for pixel in row}), 100)
 
+    def test_part_on_a_scan(self):
+        self.run_program("export", FIG6, "-o", "scan.stl")
+        part = self.write("scan.part", "BSURF-DEF\nMESH,scan.stl\nBOOLE-DEF\nB\n")
+        for view in ["plan", "iso"]:
+            rows = self.picture(part, "--view", view, "--size", "120x90")
+            self.assertGreater(len({pixel for row in rows for pixel in row}), 100, view)
+
     def test_figures(self):
         told = json.loads(self.run_program("preview", FIG6, "-o", "a.png", "--size", "64x48", "--json").stdout)
         self.assertEqual(list(told), ["width", "height", "seconds"])
