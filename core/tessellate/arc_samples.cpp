@@ -67,7 +67,7 @@ ArcPoint ArcSamples::point_at(std::uint32_t a, double t) const {
   PlanNode found;
   bool solved = false;
   const PlanCurve& curve = arc.curves[k];
-  if (curve.type == CurveType::kMeet || curve.type == CurveType::kShadow) {
+  if (curve.type != CurveType::kUnsolved) {
     solved = point_on_stretch(surface_, solver_, curve, arc.left, arc.right, n0, n1, s, found);
   }
   const auto height_in = [](const PlanNode& n, Label label, double& z) {
@@ -262,6 +262,24 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
     pair.g.c = Vec3(p.x, p.y, 0);
     pair.g.n = p.x == q.x ? Vec3::UnitX() : Vec3::UnitY();
     return chord_deviation(pair, at(s.point, arc.left), at(e.point, arc.left));
+  }
+  if (curve.type == CurveType::kOutline) {
+    // A straight border is a section by an upright plane; a curved one has no equation here and no
+    // proof.
+    const ArcPoint &p = points[s.point], &q = points[e.point];
+    const ArcPoint m = point_at(a, 0.5 * (s.t + t1));
+    const Vec2 chord(q.x - p.x, q.y - p.y), off(m.x - p.x, m.y - p.y);
+    const double length = chord.norm();
+    if (!(length > 0)) return 0;
+    const double sag = std::fabs(chord.x() * off.y() - chord.y() * off.x()) / length;
+    if (sag > 1e-10 * surface_.size) return std::numeric_limits<double>::infinity();
+    const Label own = arc.left == kNoLabel ? arc.right : arc.left;
+    CurvePair pair;
+    pair.f = solver_.implicit(curve.first);
+    pair.g.kind = Implicit::Kind::kPlane;
+    pair.g.c = Vec3(p.x, p.y, 0);
+    pair.g.n = Vec3(chord.y() / length, -chord.x() / length, 0);
+    return chord_deviation(pair, at(s.point, own), at(e.point, own));
   }
   if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return 0;
   const CurvePair pair{solver_.implicit(curve.first), solver_.implicit(curve.second)};

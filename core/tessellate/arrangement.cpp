@@ -89,8 +89,7 @@ void ArcMaker::append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b,
   const double length = chord.norm();
   bool bent = false;
   std::uint32_t mid = kNone;
-  if (depth < kMaxDensity && length > 1e-9 * surface_.size &&
-      (curve.type == CurveType::kMeet || curve.type == CurveType::kShadow)) {
+  if (depth < kMaxDensity && length > 1e-9 * surface_.size && curve.type != CurveType::kUnsolved) {
     PlanNode node;
     if (point_on_stretch(surface_, solver_, curve, arc.left, arc.right, out_.nodes[a],
                          out_.nodes[b], 0.5, node)) {
@@ -347,6 +346,37 @@ void ArcMaker::make() {
 
 }  // namespace
 
+namespace {
+
+// Where the base ends on the plan line p + t d, near t = 0, and its height there: by halving, for
+// the border of a warped base has no equation in plan.
+bool outline_on_line(const Impl& surface, const Vec2& p, const Vec2& d, double& t, double& z) {
+  BaseHit hit;
+  const auto there = [&](double at) {
+    return surface.base_at(p.x() + at * d.x(), p.y() + at * d.y(), hit);
+  };
+  double in = 0, out = 0;
+  bool parted = false;
+  for (double reach = 1e-7; reach < 1 && !parted; reach *= 4) {
+    const bool low = there(-reach), high = there(reach);
+    parted = low != high;
+    in = low ? -reach : reach;
+    out = -in;
+  }
+  if (!parted) return false;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (in + out);
+    if (middle == in || middle == out) break;
+    (there(middle) ? in : out) = middle;
+  }
+  t = in;
+  if (!there(t)) return false;
+  z = hit.z;
+  return true;
+}
+
+}  // namespace
+
 bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const PlanCurve& curve,
                       Label left, Label right, const PlanNode& a, const PlanNode& b, double s,
                       PlanNode& node) {
@@ -360,14 +390,17 @@ bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const Plan
   };
   const Vec2 middle = p + s * chord, across(-chord.y(), chord.x());
   double t = 0, z = 0;
-  if (curve.type == CurveType::kMeet) {
+  if (curve.type == CurveType::kOutline) {
+    if (!outline_on_line(surface, middle, across, t, z)) return false;
+  } else if (curve.type == CurveType::kMeet) {
     const Label own = left != kNoLabel && solver.ref_of(left) == curve.first ? left : right;
     const double za = height_at(a, own, 0);
     z = za + s * (height_at(b, own, za) - za);
   } else {
     z = solver.shadow_height(curve, middle.x(), middle.y());
   }
-  if (!solver.on_line(curve, middle, across, t, z)) return false;
+  if (curve.type != CurveType::kOutline && !solver.on_line(curve, middle, across, t, z))
+    return false;
   if (!(std::fabs(t) <= 0.75)) return false;
   node = PlanNode{};
   node.x = middle.x() + t * across.x();
@@ -399,7 +432,7 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   const PlanBox inner{domain.x0 + inset, domain.x1 - inset, domain.y0 + inset, domain.y1 - inset};
   TreeLimits limits;
   limits.least = options.least;
-  if (!(options.flat > 0)) options.flat = std::fmax(1e-9 * surface.size, 1e-3 * options.tolerance);
+  if (!(options.flat > 0)) options.flat = std::fmax(1e-9 * surface.size, 1e-4 * options.tolerance);
   limits.flat = options.flat;
   CellTree tree(surface, inner, limits);
   CellGraph graph = make_graph(surface, tree, options);

@@ -153,5 +153,19 @@ TEST(Tessellate, RandomProgramsAreProved) {
   }
 }
 
+// The border of a warped base is curved in plan: its chords keep the tolerance too.
+TEST(Tessellate, FollowsTheBorderOfAWarpedBase) {
+  for (const std::uint64_t seed : {2u, 4u}) {
+    RandomProgramOptions program;
+    program.solids = 1;
+    program.base = RandomBase::kFerguson;
+    program.groups = false;
+    ProofOptions options;
+    options.tessellation.tolerance = 0.03;
+    options.tessellation.solid = true;
+    EXPECT_EQ(prove(surface_of(random_part_program(seed, program)), options), "") << seed;
+  }
+}
+
 }  // namespace
 }  // namespace diesink::test
