@@ -453,7 +453,7 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
 
 CellGraph GraphMaker::make() {
   // Each round the cells that did not join are split; the least cells always join, so it ends.
-  for (int pass = 0; pass < 40; ++pass) {
+  for (int pass = 0; pass < 200; ++pass) {
     graph_ = {};
     found_.clear();
     to_split_.clear();
