@@ -337,11 +337,16 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   SampledArc& arc = arcs[a];
   const std::uint32_t next = arc.samples[n].next;
   const double d = bound(a, arc.samples[n], arc.samples[next]);
-  // A curved border of the base has no equation to prove its chords with: splitting does not help.
+  // A curved border of the base has no equation to prove its chords with: they are split by what is
+  // measured.
   const std::vector<PlanCurve>& curves = arrangement_.arcs[a].curves;
-  const bool no_proof =
-      !(d < 1e300) && !curves.empty() && curves.front().type == CurveType::kOutline;
-  if (d > 1.2 * options_.sag && !no_proof && depth < kCertifyDepth && options_.grid_x == nullptr) {
+  double known = d;
+  if (!(d < 1e300) && curves.front().type == CurveType::kOutline) {
+    const ArcSample &from = arc.samples[n], &to = arc.samples[next];
+    const double end = to.t <= from.t ? static_cast<double>(curves.size()) : to.t;
+    known = lifted_sag(a, points[from.point], point_at(a, 0.5 * (from.t + end)), points[to.point]);
+  }
+  if (known > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t
