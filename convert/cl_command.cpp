@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "convert/arguments.h"
 #include "convert/commands.h"
 #include "convert/input.h"
+#include "convert/path_request.h"
 #include "convert/paths.h"
-#include "core/machining/tool_path_plan.h"
-#include "formats/json_writer.h"
 #include "formats/output_file.h"
 #include "formats/path_file.h"
 #include "formats/text_number.h"
@@ -21,15 +19,10 @@
 namespace diesink {
 namespace {
 
-struct Options {
-  std::string part, along = "x", cc_output;
+struct Options : PathRequest {
+  std::string part, cc_output;
   std::vector<std::string> outputs;
-  std::optional<std::array<double, 2>> cutter;
-  std::optional<double> interval, cusp, intol, outtol, feed, spindle, clear;
-  PathPattern pattern = PathPattern::kZigzag;
-  PathMethod method = PathMethod::kDrop;
   AptFlavour flavour = AptFlavour::kApt;
-  bool keep_interference = false;
 };
 
 constexpr std::array<Choice, 2> kPatterns{{{"zigzag", static_cast<int>(PathPattern::kZigzag)},
@@ -41,9 +34,6 @@ constexpr std::array<Choice, 4> kFlavours{{{"apt", static_cast<int>(AptFlavour::
                                            {"catia", static_cast<int>(AptFlavour::kCatia)},
                                            {"creo", static_cast<int>(AptFlavour::kCreo)}}};
 
-// Feeds of a program that states none, a minute.
-constexpr double kUsualFeed = 1000, kUsualFeedInch = 40;
-
 Error usage(std::string message) {
   return {ErrorCode::kUsage, std::move(message), {"diesink", 0, 0, -1}};
 }
@@ -53,76 +43,6 @@ Result<PathFormat> format_of(const std::string& path) {
   if (const std::optional<PathFormat> format = path_format_of_ending(path)) return *format;
   return usage("'" + path +
                "' has no ending that can be written: .apt .cls .ncl .aptsource .ngc .csv");
-}
-
-Status take_along(const Options& options, PathOptions& path) {
-  path.along = options.along == "u"   ? PathAlong::kU
-               : options.along == "v" ? PathAlong::kV
-                                      : PathAlong::kAngle;
-  if (path.along != PathAlong::kAngle) {
-    if (options.method == PathMethod::kCc) return ok();
-    return usage("--along " + options.along + " needs --method cc");
-  }
-  if (options.along == "x") return ok();
-  double degrees = 90;
-  if (options.along != "y") {
-    const std::optional<double> number = number_of(options.along);
-    if (!number || std::fabs(*number) > 360) {
-      return usage("--along: '" + options.along + "' is none of x, y, u, v or an angle in degrees");
-    }
-    degrees = *number;
-  }
-  path.angle = degrees * std::numbers::pi / 180;
-  return ok();
-}
-
-Result<PathOptions> path_options(const Options& options, const PartProgram& program) {
-  PathOptions path = path_options_of(program);
-  if (options.cutter) path.cutter = {(*options.cutter)[0], (*options.cutter)[1]};
-  if (!(path.cutter.diameter > 0)) {
-    return Error{ErrorCode::kInput,
-                 "no cutter: expected CUTTER,d,r in MACHI-DEF or --cutter D,R",
-                 {program.file, 0, 0, -1}};
-  }
-  path.method = options.method;
-  path.pattern = options.pattern;
-  path.keep_interference = options.keep_interference;
-  if (options.interval) {
-    path.interval = options.interval;
-    path.cusp.reset();
-  }
-  if (options.cusp) {
-    path.cusp = options.cusp;
-    path.interval.reset();
-  }
-  path.intol = options.intol.value_or(path.intol);
-  path.outtol = options.outtol.value_or(path.outtol);
-  if (options.clear) path.clearance = options.clear;
-  if (Status taken = take_along(options, path); !taken) return taken.error();
-  return path;
-}
-
-std::string as_json(const PlannedPath& planned, double seconds) {
-  const PathReport& r = planned.report;
-  JsonWriter json;
-  json.begin_object()
-      .field("passes", r.passes)
-      .field("points", r.points)
-      .field("feed_length", r.feed_length)
-      .field("rapid_length", r.rapid_length)
-      .field("least_interval", r.least_interval)
-      .field("greatest_interval", r.greatest_interval)
-      .field("overcut_bound", r.overcut_bound)
-      .field("undercut_bound", r.undercut_bound)
-      .field("mesh_deviation", r.mesh_deviation)
-      .field("uncertified_area", r.uncertified_area)
-      .field("unreachable_area", r.unreachable_area)
-      .field("unreachable_height", r.unreachable_height)
-      .field("loops_removed", r.loops_removed)
-      .field("crossings_inserted", r.crossings_inserted)
-      .field("seconds", seconds)
-      .end_object();
-  return json.text() + "\n";
 }
 
 std::string summary(const Options& options, const PlannedPath& planned, double seconds) {
@@ -221,17 +141,13 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
     if (error.where.file.empty()) error.where.file = program.file;
     return report(error);
   }
-  const bool inch = program.unit == LengthUnit::kInch;
-  planned->path.feed = options.feed.value_or(planned->path.feed > 0 ? planned->path.feed
-                                             : inch                 ? kUsualFeedInch
-                                                                    : kUsualFeed);
-  planned->path.spindle = options.spindle.value_or(planned->path.spindle);
+  set_speeds(planned->path, options);
   if (Status written = write_all(options, *planned); !written) return report(written.error());
   const double seconds = watch.lap();
   const PathReport& r = planned->report;
   const bool to_stdout = std::count(options.outputs.begin(), options.outputs.end(), "-") > 0;
   if (common.json) {
-    if (const ExitStatus status = print(as_json(*planned, seconds)); status != ExitStatus::kDone)
+    if (const ExitStatus status = print(to_json(r, seconds) + "\n"); status != ExitStatus::kDone)
       return status;
   } else if (!common.quiet && !to_stdout) {
     if (const ExitStatus status = print(summary(options, *planned, seconds));
@@ -243,8 +159,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
                                      to_text(r.uncertified_area) +
                                      ": the path is not proven there");
   }
-  return r.uncertified_area > 0 || r.overcut_bound > how->intol * (1 + 1e-9) ? ExitStatus::kNotKept
-                                                                             : ExitStatus::kDone;
+  return is_kept(r, *how) ? ExitStatus::kDone : ExitStatus::kNotKept;
 }
 
 Run setup(CLI::App& app) {

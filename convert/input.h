@@ -29,9 +29,13 @@ Loaded<PartProgram> load_part_program(const std::string& path, Diagnostics& diag
 Loaded<PartProgram> load_part_program(std::span<const std::byte> bytes, const std::string& path,
                                       Diagnostics& diagnostics);
 
-// The compound surface of a checked program; the scan of a MESH base is read from beside it, its
-// warnings are told. A scan's lengths are taken in its file's unit, or where that is not said in
-// the program's; its Y axis is up only where the file says so.
+// The compound surface of a checked program, everything there is to say kept in `diagnostics`,
+// which holds no error yet, and nothing told; empty where there was an error.
+std::optional<CompoundSurface> surface_of(const PartProgram& program, Diagnostics& diagnostics);
+
+// The same, told on stderr, only the warnings kept. The scan of a MESH base is read from beside it.
+// A scan's lengths are taken in its file's unit, or where that is not said in the program's; its Y
+// axis is up only where the file says so.
 Loaded<CompoundSurface> make_surface(const PartProgram& program,
                                      Diagnostics* diagnostics = nullptr);
 

@@ -38,22 +38,29 @@ Result<TriangleMesh> read_scan(const PartProgram& program, const MeshBase& base,
 
 }  // namespace
 
-Loaded<CompoundSurface> make_surface(const PartProgram& program, Diagnostics* diagnostics) {
+std::optional<CompoundSurface> surface_of(const PartProgram& program, Diagnostics& diagnostics) {
   std::optional<TriangleMesh> scan;
   if (const MeshBase* base = std::get_if<MeshBase>(&program.base)) {
-    Diagnostics of_scan;
-    Result<TriangleMesh> mesh = read_scan(program, *base, of_scan);
-    const ExitStatus told = report(of_scan);
-    if (!mesh) return {std::nullopt, report(mesh.error())};
-    if (told != ExitStatus::kDone) return {std::nullopt, told};
-    if (diagnostics != nullptr) {
-      for (const Diagnostic& each : of_scan.all()) diagnostics->warning(each.message, each.where);
-    }
+    Result<TriangleMesh> mesh = read_scan(program, *base, diagnostics);
+    if (!mesh) diagnostics.add(mesh.error());
+    if (diagnostics.has_errors()) return std::nullopt;
     scan = std::move(*mesh);
   }
   Result<CompoundSurface> surface = CompoundSurface::make(program, std::move(scan));
-  if (!surface) return {std::nullopt, report(surface.error())};
-  return {std::move(*surface), ExitStatus::kDone};
+  if (surface) return std::move(*surface);
+  diagnostics.add(surface.error());
+  return std::nullopt;
+}
+
+Loaded<CompoundSurface> make_surface(const PartProgram& program, Diagnostics* diagnostics) {
+  Diagnostics own;
+  std::optional<CompoundSurface> surface = surface_of(program, own);
+  if (diagnostics != nullptr) {
+    for (const Diagnostic& each : own.all()) {
+      if (each.severity == Severity::kWarning) diagnostics->warning(each.message, each.where);
+    }
+  }
+  return {std::move(surface), report(own)};
 }
 
 Loaded<CompoundSurface> load_surface(const std::string& path) {

@@ -10,94 +10,20 @@
 #include "convert/arguments.h"
 #include "convert/commands.h"
 #include "convert/input.h"
+#include "convert/path_check.h"
+#include "convert/path_input.h"
 #include "convert/paths.h"
 #include "convert/text_table.h"
-#include "core/machining/verify.h"
-#include "core/machining/wide_surface.h"
-#include "core/tessellate/tessellate.h"
-#include "formats/input_file.h"
-#include "formats/json_writer.h"
 #include "formats/output_file.h"
-#include "formats/path_file.h"
 #include "formats/png_image.h"
 #include "formats/text_number.h"
 
 namespace diesink {
 namespace {
 
-struct Options {
+struct Options : CheckRequest {
   std::string part, path, map;
-  std::optional<std::array<double, 2>> cutter;
-  std::optional<double> cusp, intol, outtol, spacing;
 };
-
-// Of the mesh under the search for gouges, as a part of the tolerances' sum.
-constexpr double kMeshPart = 1.0 / 32;
-
-Loaded<ToolPath> load_path(const std::string& name) {
-  const Result<InputBytes> file = read_file(name);
-  if (!file) return {std::nullopt, report(file.error())};
-  const std::span<const std::byte> bytes = file->bytes();
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const std::string shown = name == "-" ? "stdin" : name;
-  const std::optional<PathFormat> format = path_format_of_content(text, name);
-  if (!format) {
-    return {std::nullopt,
-            report(Error{ErrorCode::kInput,
-                         "no tool path that is known; expected APT, G-code or CSV (x,y,z,motion)",
-                         {shown, 0, 0, -1}})};
-  }
-  Diagnostics diagnostics;
-  std::optional<ToolPath> path = read_path(text, shown, *format, diagnostics);
-  return {std::move(path), report(diagnostics)};
-}
-
-// Into the part program's unit.
-void to_unit(ToolPath& path, LengthUnit unit) {
-  const double scale = metres_per(path.unit) / metres_per(unit);
-  path.unit = unit;
-  if (scale == 1) return;
-  for (ClPoint& point : path.points) point.tip *= scale;
-  if (path.cutter)
-    path.cutter = Cutter{path.cutter->diameter * scale, path.cutter->corner_radius * scale};
-  path.intol *= scale;
-  path.outtol *= scale;
-}
-
-Result<VerifyOptions> verify_options(const Options& options, const ToolPath& path,
-                                     const PartProgram& program) {
-  const Machining& m = program.machining;
-  VerifyOptions how;
-  const std::optional<Cutter> cutter =
-      options.cutter ? std::optional<Cutter>({(*options.cutter)[0], (*options.cutter)[1]})
-      : path.cutter  ? path.cutter
-                     : m.cutter;
-  if (!cutter) {
-    return Error{
-        ErrorCode::kInput,
-        "no cutter: the path states none; expected CUTTER,d,r in MACHI-DEF or --cutter D,R",
-        {options.path, 0, 0, -1}};
-  }
-  how.cutter = *cutter;
-  how.intol = options.intol.value_or(path.intol > 0 ? path.intol : m.intol.value_or(m.tolerance));
-  how.outtol =
-      options.outtol.value_or(path.outtol > 0 ? path.outtol : m.outtol.value_or(m.tolerance));
-  how.cusp = options.cusp ? options.cusp : m.cusp;
-  how.spacing = options.spacing;
-  return how;
-}
-
-// The part with a margin: material around the domain counts.
-Result<Tessellation> wide_mesh(const CompoundSurface& part, const VerifyOptions& how) {
-  const Result<CompoundSurface> surface = widened(part, how.cutter.diameter / 2);
-  if (!surface) return surface.error();
-  TessellationOptions options;
-  const double tolerances = how.intol + how.outtol;
-  options.tolerance =
-      (tolerances > 0 ? tolerances : part.program().machining.tolerance) * kMeshPart;
-  options.threads = how.threads;
-  return tessellate(*surface, options);
-}
 
 struct Color {
   double r, g, b;
@@ -165,31 +91,6 @@ Status write_map(const VerifyReport& found, const VerifyOptions& how, const std:
   return files.commit();
 }
 
-void place(JsonWriter& json, std::string_view key, const Vec3& p) {
-  json.key(key).begin_array().value(p.x()).value(p.y()).value(p.z()).end_array();
-}
-
-std::string as_json(const VerifyReport& r) {
-  JsonWriter json;
-  json.begin_object().field("max_gouge", r.max_gouge);
-  place(json, "max_gouge_at", r.max_gouge_at);
-  json.field("max_excess", r.max_excess);
-  place(json, "max_excess_at", r.max_excess_at);
-  json.field("cusp_p50", r.cusp_p50)
-      .field("cusp_p99", r.cusp_p99)
-      .field("cusp_max", r.cusp_max)
-      .field("uncut_area", r.uncut_area)
-      .field("bound", r.bound)
-      .field("points", r.points)
-      .field("length", r.length)
-      .field("limit", r.limit)
-      .field("unreachable_area", r.unreachable_area)
-      .field("rapid_plunges", r.rapid_plunges)
-      .field("spacing", r.spacing)
-      .end_object();
-  return json.text() + "\n";
-}
-
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
@@ -229,7 +130,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   Loaded<ToolPath> path = load_path(options.path);
   if (!path.value) return path.status;
   to_unit(*path.value, program.unit);
-  Result<VerifyOptions> how = verify_options(options, *path.value, program);
+  Result<VerifyOptions> how = verify_options(options, *path.value, program, options.path);
   if (!how) return report(how.error());
   Progress progress("verifying", common.quiet);
   how->threads = common.threads;
@@ -247,7 +148,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   if (!options.map.empty()) {
     if (Status done = write_map(*found, *how, options.map); !done) return report(done.error());
   }
-  const ExitStatus printed = common.json    ? print(as_json(*found))
+  const ExitStatus printed = common.json    ? print(to_json(*found) + "\n")
                              : common.quiet ? ExitStatus::kDone
                                             : print(as_table(*found));
   if (printed != ExitStatus::kDone) return printed;
@@ -265,9 +166,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
     report_warning(options.path, "more than the limit of " + number(found->limit) +
                                      " stays over an area of " + number(found->uncut_area));
   }
-  // A gouge is certain only beyond what the mesh and the search may be off.
-  const bool gouged = found->max_gouge - found->bound > how->intol;
-  return gouged || found->rapid_plunges > 0 ? ExitStatus::kNotKept : ExitStatus::kDone;
+  return is_kept(*found, *how) ? ExitStatus::kDone : ExitStatus::kNotKept;
 }
 
 Run setup(CLI::App& app) {
