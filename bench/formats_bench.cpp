@@ -165,7 +165,17 @@ BENCHMARK_CAPTURE(read_bytes_of, obj, kObj, false, false, 1)->Unit(benchmark::kM
 BENCHMARK_CAPTURE(read_bytes_of, obj_all_cores, kObj, false, false, 0)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+BENCHMARK_CAPTURE(read_bytes_of, stl_ascii_all_cores, kStl, true, false, 0)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(read_bytes_of, ply_ascii, kPly, true, false, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, ply_ascii_all_cores, kPly, true, false, 0)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 BENCHMARK_CAPTURE(read_bytes_of, off, kOff, false, false, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, off_all_cores, kOff, false, false, 0)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 #ifdef DIESINK_BENCH_OPENMESH
 BENCHMARK_CAPTURE(openmesh_read, stl_binary, kStl, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(openmesh_read, stl_ascii, kStl, true)->Unit(benchmark::kMillisecond);

@@ -27,6 +27,8 @@ struct ReadOptions {
   std::size_t max_memory = std::size_t{8} << 30;  // bytes a mesh of the file's counts may take
   double max_coordinate = 1e9;                    // of any position, in absolute value
   int threads = 0;                                // 0 = all cores
+  // Text from this size on is read by all threads; for tests smaller.
+  std::size_t parallel_bytes = std::size_t{16} << 20;
   bool weld = true;  // exact weld of equal positions in formats without sharing (STL)
 };
 

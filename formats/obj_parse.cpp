@@ -123,9 +123,9 @@ class SectionParser {
       section_.colors.push_back(color);
     } else if (count == 5) {
       return text_.error("five numbers of a vertex, expected 3, 4, 6 or 7", start);
-    } else if (!section_.colors.empty()) {
+    } else {
       section_.uncolored.hit(start);
-      section_.colors.push_back({255, 255, 255, 255});
+      if (!section_.colors.empty()) section_.colors.push_back({255, 255, 255, 255});
     }
     section_.positions.emplace_back(numbers[0], numbers[1], numbers[2]);
     return end_of_line();

@@ -10,13 +10,10 @@
 #include "formats/obj.h"
 #include "formats/obj_material.h"
 #include "formats/obj_parse.h"
-#include "formats/parallel.h"
+#include "formats/text_sections.h"
 
 namespace diesink {
 namespace {
-
-// Below this a file is read by one thread.
-constexpr std::size_t kParallelBytes = std::size_t{16} << 20;
 
 class ObjReader {
  public:
@@ -43,9 +40,7 @@ class ObjReader {
   // Sections begin at a line whose predecessor's end is no continuation.
   void cut_into_sections() {
     const std::size_t size = whole_.left();
-    const std::size_t threads = static_cast<std::size_t>(thread_count(options_.threads));
-    const std::size_t wanted =
-        size < kParallelBytes ? 1 : std::min(threads, size / (kParallelBytes / 4));
+    const std::size_t wanted = section_count(size, options_);
     const char* const begin = whole_.begin();
     const char* const end = whole_.end();
     starts_.assign(1, begin);
@@ -281,8 +276,9 @@ class ObjReader {
     }
     sum.odd_weights.warn("vertices have a weight other than 1, which is not kept", whole_,
                          diagnostics_);
-    sum.uncolored.warn("vertices have no colour where others have: they are white", whole_,
-                       diagnostics_);
+    if (!mesh_.vertex_colors.empty())
+      sum.uncolored.warn("vertices have no colour where others have: they are white", whole_,
+                         diagnostics_);
     sum.points.warn("point statements are left out", whole_, diagnostics_);
     sum.unknown.warn("statements that are not read, the first " + quoted(sum.first_unknown), whole_,
                      diagnostics_);

@@ -1,12 +1,13 @@
 // OFF in its ASCII forms. Source: Geomview's manual, "OFF files".
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
+#include <algorithm>
 #include <cmath>
 
 #include "formats/file_marks.h"
 #include "formats/mesh_builder.h"
 #include "formats/off.h"
-#include "formats/text_scanner.h"
+#include "formats/off_rows.h"
+#include "formats/text_sections.h"
 
 namespace diesink {
 namespace {
@@ -42,18 +43,11 @@ class OffReader {
 
   Result<TriangleMesh> read() {
     if (const Status header = read_header(); !header) return header.error();
-    mesh_.positions.reserve(vertices_);
-    for (std::size_t i = 0; i < vertices_; ++i) {
-      if (const Status vertex = read_vertex(i); !vertex) return vertex.error();
-    }
+    if (const Status rows = read_rows(); !rows) return rows.error();
     // Rows that had none beside rows that had one.
     if (!mesh_.vertex_colors.empty())
       mesh_.vertex_colors.resize(vertices_, Color{255, 255, 255, 255});
     if (!mesh_.normals.empty()) mesh_.normals.resize(vertices_, Vec3::UnitZ());
-    mesh_.triangles.reserve(faces_);
-    for (std::size_t i = 0; i < faces_; ++i) {
-      if (const Status face = read_face(i); !face) return face.error();
-    }
     if (more()) {
       diagnostics_.warning(
           "the text after the last of " + std::to_string(faces_) + " faces is left out",
@@ -76,12 +70,7 @@ class OffReader {
  private:
   // Skips comments, looking for the marks the writer makes.
   bool more() {
-    while (text_.more() && *text_.at() == '#') {
-      std::string_view comment = text_.rest_of_line();
-      while (!comment.empty() && (comment[0] == '#' || is_blank(comment[0])))
-        comment.remove_prefix(1);
-      read_mark(comment, mesh_);
-    }
+    while (text_.more() && *text_.at() == '#') read_mark(off_comment(text_), mesh_);
     return !text_.at_end();
   }
   bool more_in_line() { return text_.more_in_line() && *text_.at() != '#'; }
@@ -142,130 +131,137 @@ class OffReader {
     return mesh_fits(vertices_, faces_, options_, text_.place());
   }
 
-  // All numbers of the rest of the line.
-  Status read_rest(std::vector<double>& numbers, std::vector<bool>& whole) {
-    numbers.clear();
-    whole.clear();
-    while (more_in_line() && numbers.size() < 16) {
-      const char* const at = text_.at();
-      double value = 0;
-      if (const NumberState state = text_.number(value); state != NumberState::kOk) {
-        return text_.number_error(state, "a number");
+  // All rows: a section a thread where the text is large and every row is a line.
+  Status read_rows() {
+    const std::size_t count = vertices_ + faces_;
+    if (section_count(text_.left(), options_) > 1 && count > 0) {
+      const char* const begin = text_.at();
+      const TriangleMesh marks = mesh_;
+      if (read_sections(count)) return ok();
+      // One thread tells what is wrong, or reads what the sections could not.
+      text_.move_to(begin);
+      mesh_ = marks;
+      elements_ = {};
+      few_ = crossing_ = unclear_ = short_ = mapped_ = {};
+    }
+    mesh_.positions.reserve(vertices_);
+    OffRowReader reader(text_, options_, vertices_, faces_);
+    OffRows rows;
+    for (std::size_t i = 0; i < count; ++i) {
+      rows.clear();
+      if (Status read = reader.read(i, rows); !read) return read;
+      if (Status taken = take(i, rows); !taken) return taken;
+    }
+    return ok();
+  }
+
+  bool read_sections(std::size_t count) {
+    SectionWaves<OffRows> waves(
+        text_, options_,
+        [](TextScanner section) {
+          std::size_t rows = 0;
+          for (; section.more(); section.skip_line()) rows += *section.at() == '#' ? 0 : 1;
+          return rows;
+        },
+        [&](TextScanner section, std::size_t row, OffRows& rows) {
+          const char* const end = section.end();
+          OffRowReader reader(section, options_, vertices_, faces_);
+          for (; row < count && reader.more(rows); ++row) {
+            // A row that goes on in the next line, or a line with more than its row, is not for
+            // this way of reading: lines were counted.
+            const char* const start = section.at();
+            if (!reader.read(row, rows)) return false;
+            if (std::any_of(start, section.at(), is_line_end)) return false;
+            if (section.more_in_line() && *section.at() != '#') return false;
+          }
+          return row >= count || section.at() == end;
+        });
+    mesh_.positions.reserve(vertices_);
+    std::size_t number = 0;
+    while (number < count) {
+      const OffRows* const rows = waves.next();
+      if (rows == nullptr) return false;
+      if (!take(number, *rows)) return false;
+      number += rows->rows.size();
+      if (rows->end != nullptr) text_.move_to(rows->end);
+    }
+    return true;
+  }
+
+  // Puts rows into the mesh, the first of them with this number.
+  Status take(std::size_t number, const OffRows& rows) {
+    for (const std::string_view comment : rows.comments) read_mark(comment, mesh_);
+    for (const OffRows::Row& row : rows.rows) {
+      if (number == vertices_) mesh_.triangles.reserve(faces_);
+      if (number < vertices_) {
+        take_vertex(rows, row);
+      } else if (Status taken = take_face(rows, row); !taken) {
+        return taken;
       }
-      numbers.push_back(value);
-      whole.push_back(integer_of({at, static_cast<std::size_t>(text_.at() - at)}).has_value());
+      ++number;
     }
     return ok();
   }
 
   // Whole numbers are 0..255, others 0..1.
-  static Color color_from(const std::vector<double>& numbers, const std::vector<bool>& whole,
-                          std::size_t first, std::size_t count) {
+  static Color color_from(const OffRows& rows, std::size_t first, std::size_t count) {
     Color color{0, 0, 0, 255};
     bool all_whole = true;
-    for (std::size_t i = 0; i < count; ++i) all_whole = all_whole && whole[first + i];
-    for (std::size_t i = 0; i < count; ++i) color[i] = color_part(numbers[first + i], all_whole);
+    for (std::size_t i = 0; i < count; ++i) all_whole = all_whole && rows.whole[first + i];
+    for (std::size_t i = 0; i < count; ++i) {
+      color[i] = color_part(rows.numbers[first + i], all_whole);
+    }
     return color;
   }
 
-  Status read_vertex(std::size_t number) {
-    if (!more()) {
-      return text_.error("the file ends after " + std::to_string(number) + " of " +
-                         std::to_string(vertices_) + " vertices");
+  void take_vertex(const OffRows& rows, const OffRows::Row& row) {
+    const std::span<const double> own = rows.own(row), rest = rows.rest(row);
+    mesh_.positions.emplace_back(own[0], own[1], own[2]);
+    if (rest.empty()) {
+      if (keyword_.normal || keyword_.color) short_.hit(row.start);
+      return;
     }
-    const char* const start = text_.at();
-    Vec3 p = Vec3::Zero();
-    for (int k = 0; k < 3; ++k) {
-      if (k > 0 && !more_in_line())
-        return text_.number_error(NumberState::kNotANumber, "three coordinates");
-      const NumberState state = text_.number(p[k]);
-      if (state != NumberState::kOk) return text_.number_error(state, "a coordinate");
-      if (std::abs(p[k]) > options_.max_coordinate) {
-        return limit("coordinate " + to_text(p[k]) + " is beyond the limit of " +
-                     to_text(options_.max_coordinate));
-      }
-    }
-    mesh_.positions.push_back(p);
-    if (!more_in_line()) {
-      if (keyword_.normal || keyword_.color) short_.hit(start);
-      return ok();
-    }
-    if (const Status rest = read_rest(rest_, whole_); !rest) return rest;
-    std::size_t at = keyword_.normal ? 3 : 0;
+    const std::size_t at = keyword_.normal ? 3 : 0;
     const std::size_t after =
-        rest_.size() - std::min(rest_.size(), at + (keyword_.texture ? 2U : 0U));
+        rest.size() - std::min(rest.size(), at + (keyword_.texture ? 2U : 0U));
     if (keyword_.color && (after == 3 || after == 4)) {
       mesh_.vertex_colors.resize(mesh_.positions.size(), Color{255, 255, 255, 255});
-      mesh_.vertex_colors.back() = color_from(rest_, whole_, at, after);
+      mesh_.vertex_colors.back() = color_from(rows, row.rest + at, after);
     } else if (after != 0) {
-      unclear_.hit(start);
+      unclear_.hit(row.start);
     }
-    if (keyword_.normal && rest_.size() >= 3) {
-      const Vec3 n(rest_[0], rest_[1], rest_[2]);
+    if (keyword_.normal && rest.size() >= 3) {
+      const Vec3 n(rest[0], rest[1], rest[2]);
       const double length = n.norm();
       mesh_.normals.resize(mesh_.positions.size(), Vec3::UnitZ());
       if (length > 0) mesh_.normals.back() = std::abs(length - 1) < 1e-3 ? n : Vec3(n / length);
     }
-    return ok();
   }
 
-  Status read_face(std::size_t number) {
-    if (!more()) {
-      return text_.error("the file ends after " + std::to_string(number) + " of " +
-                         std::to_string(faces_) + " faces");
-    }
-    const char* const start = text_.at();
-    const std::string_view word = text_.word();
-    const std::optional<std::int64_t> corners = integer_of(word);
-    if (!corners || *corners < 1) {
-      return text_.error("found " + quoted(word) + ", expected the number of the face's corners",
-                         start);
-    }
-    if (static_cast<std::size_t>(*corners) > text_.left() / 2 + 1) {
-      return text_.error("a face of " + std::to_string(*corners) + " corners does not fit in the " +
-                             std::to_string(text_.left()) + " bytes left",
-                         start);
-    }
+  Status take_face(const OffRows& rows, const OffRows::Row& row) {
     face_.clear();
-    for (std::int64_t i = 0; i < *corners; ++i) {
-      more();
-      const char* const at = text_.at();
-      const std::string_view index_word = text_.word();
-      const std::optional<std::int64_t> index = integer_of(index_word);
-      if (!index || *index < 0 || *index >= static_cast<std::int64_t>(mesh_.positions.size())) {
-        return text_.error(
-            (index_word.empty() ? "the file ends" : "found " + quoted(index_word)) +
-                ", expected the number of a vertex from 0 to " +
-                std::to_string(static_cast<std::int64_t>(mesh_.positions.size()) - 1),
-            at);
-      }
-      face_.push_back(static_cast<std::uint32_t>(*index));
-    }
+    for (const double v : rows.own(row)) face_.push_back(static_cast<std::uint32_t>(v));
+    const std::size_t rest = row.end - row.rest;
     std::uint32_t element = 0;
-    bool colored = false;
-    if (more_in_line()) {
-      if (const Status rest = read_rest(rest_, whole_); !rest) return rest;
-      if (rest_.size() == 3 || rest_.size() == 4) {
-        colored = true;
-        if (elements_.size() == 0 && !mesh_.triangles.empty()) elements_.named("", "");
-        element = elements_.colored(color_from(rest_, whole_, 0, rest_.size()));
-      } else {
-        mapped_.hit(start);
-      }
+    if (rest == 3 || rest == 4) {
+      if (elements_.size() == 0 && !mesh_.triangles.empty()) elements_.named("", "");
+      element = elements_.colored(color_from(rows, row.rest, rest));
+    } else {
+      if (rest > 0) mapped_.hit(row.start);
+      if (elements_.size() > 0) element = elements_.named("", "");
     }
-    if (!colored && elements_.size() > 0) element = elements_.named("", "");
     normals_ = mesh_.normals.empty() ? std::span<const std::uint32_t>{}
                                      : std::span<const std::uint32_t>(face_);
     switch (builder_.add(face_, normals_, element)) {
       case FaceVerdict::kTooFew:
-        few_.hit(start);
+        few_.hit(row.start);
         break;
       case FaceVerdict::kCrossing:
-        crossing_.hit(start);
+        crossing_.hit(row.start);
         break;
       case FaceVerdict::kTooMany:
         return limit("more triangles than the limit of " + std::to_string(options_.max_triangles),
-                     start);
+                     row.start);
       case FaceVerdict::kFine:
       case FaceVerdict::kOutOfRange:
         break;
@@ -281,8 +277,6 @@ class OffReader {
   ElementTable elements_;
   Keyword keyword_;
   std::size_t vertices_ = 0, faces_ = 0;
-  std::vector<double> rest_;
-  std::vector<bool> whole_;
   std::vector<std::uint32_t> face_;
   std::span<const std::uint32_t> normals_;
   Tally few_, crossing_, unclear_, short_, mapped_;

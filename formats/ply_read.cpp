@@ -2,11 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
-#include <limits>
-#include <map>
+#include <utility>
 
 #include "formats/element_runs.h"
 #include "formats/file_marks.h"
@@ -15,20 +12,20 @@
 #include "formats/ply_curves.h"
 #include "formats/ply_header.h"
 #include "formats/ply_roles.h"
+#include "formats/ply_rows.h"
+#include "formats/ply_sections.h"
 #include "formats/ply_values.h"
 
 namespace diesink {
 namespace {
 
-constexpr std::size_t kMaxCorners = std::size_t{1} << 22;  // of one face or strip
-
 template <class Values>
 class BodyReader {
  public:
-  BodyReader(TextScanner& text, const PlyHeader& header, const ReadOptions& options,
+  BodyReader(TextScanner& text, Values values, const PlyHeader& header, const ReadOptions& options,
              Diagnostics& diagnostics)
-      : text_(text),
-        values_(text),
+      : rows_(text, std::move(values), header, options),
+        text_(text),
         header_(header),
         options_(options),
         diagnostics_(diagnostics),
@@ -38,14 +35,19 @@ class BodyReader {
     read_comments();
     if (const Status order = check_elements(); !order) return order.error();
     // Faces need their vertices' positions to be cut, and may come before them.
-    const char* faces = nullptr;
+    std::vector<std::pair<const PlyElement*, const char*>> early;
     for (const PlyElement& element : header_.elements) {
-      if (const Status fits = check_size(element); !fits) return fits.error();
+      // One numbering for all: normals of corners leave those of vertices aside.
+      const bool is_face = element.name == "face" || element.name == "tristrips";
+      own_normals_ = own_normals_ || (is_face && ply_face_normals(element).any());
+    }
+    for (const PlyElement& element : header_.elements) {
+      if (const Status fits = rows_.check_size(element); !fits) return fits.error();
       const bool is_face = element.name == "face" || element.name == "tristrips";
       Status status = ok();
       if (is_face && !vertices_read_) {
-        faces = text_.at();
-        status = skip(element);
+        early.emplace_back(&element, text_.at());
+        status = rows_.skip(element);
       } else if (is_face) {
         status = read_faces(element);
       } else if (element.name == "vertex") {
@@ -56,37 +58,24 @@ class BodyReader {
         status = read_edges(element);
       } else {
         if (element.count > 0) ignored_.push_back("element " + quoted(element.name));
-        status = skip(element);
+        status = rows_.skip(element);
       }
       if (!status) return status.error();
     }
+    rows_.values().finish();
     const char* const end = text_.at();
-    if (faces != nullptr) {
-      text_.move_to(faces);
-      for (const PlyElement& element : header_.elements) {
-        if (element.name != "face" && element.name != "tristrips") continue;
-        if (const Status status = read_faces(element); !status) return status.error();
-      }
-      text_.move_to(end);
+    for (const auto& [element, at] : early) {
+      text_.move_to(at);
+      if (const Status status = read_faces(*element); !status) return status.error();
     }
+    text_.move_to(end);
     if (const Status status = finish(); !status) return status.error();
     return std::move(mesh_);
   }
 
  private:
-  Error at_fault(const char* start) {
-    Error error = *values_.failed;
-    if (header_.encoding != PlyEncoding::kAscii) {
-      error.where = binary_place(start);
-    }
-    return error;
-  }
-  [[nodiscard]] Place binary_place(const char* at) const {
-    Place place{options_.file_name, 0, 0, at - text_.begin()};
-    return header_.encoding == PlyEncoding::kAscii ? text_.place(at) : place;
-  }
   Error error(std::string message, const char* at, ErrorCode code = ErrorCode::kInput) const {
-    return {code, std::move(message), binary_place(at)};
+    return rows_.error(std::move(message), at, code);
   }
 
   void read_comments() {
@@ -131,60 +120,6 @@ class BodyReader {
     return ok();
   }
 
-  Status check_size(const PlyElement& element) const {
-    std::size_t row = 0;
-    for (const PlyProperty& p : element.properties)
-      row += Values::bytes(p.list ? p.count_type : p.type);
-    if (element.count == 0) return ok();
-    if (row == 0)
-      return error("element " + quoted(element.name) + " has rows but no properties", text_.at());
-    if (element.count > values_.left() / row) {
-      return error(std::to_string(element.count) + " rows of " + quoted(element.name) +
-                       " do not fit in the " + std::to_string(text_.left()) + " bytes left",
-                   text_.at());
-    }
-    if (element.count > 0x7FFFFFFF)
-      return error("more rows than 31 bits can count", text_.at(), ErrorCode::kLimit);
-    return ok();
-  }
-
-  // The length of a list that fits in what is left.
-  bool read_length(const PlyProperty& property, std::size_t& length) {
-    double value = 0;
-    const char* const start = text_.at();
-    if (!values_.read(property.count_type, value)) return false;
-    if (value < 0 || value > static_cast<double>(values_.left() / Values::bytes(property.type))) {
-      values_.failed = error("a list of " + to_text(value) + " items does not fit in the " +
-                                 std::to_string(text_.left()) + " bytes left",
-                             start);
-      return false;
-    }
-    length = static_cast<std::size_t>(value);
-    return true;
-  }
-
-  bool skip_property(const PlyProperty& property) {
-    double value = 0;
-    if (!property.list) return values_.read(property.type, value);
-    std::size_t length = 0;
-    if (!read_length(property, length)) return false;
-    while (length-- > 0) {
-      if (!values_.read(property.type, value)) return false;
-    }
-    return true;
-  }
-
-  Status skip(const PlyElement& element) {
-    for (std::uint64_t row = 0; row < element.count; ++row) {
-      const char* const start = text_.at();
-      for (const PlyProperty& property : element.properties) {
-        if (!skip_property(property)) return at_fault(start);
-      }
-      values_.end_row();
-    }
-    return ok();
-  }
-
   PlyPlan plan_of(const PlyElement& element) {
     std::string skipped;
     PlyPlan plan = ply_plan(element, skipped);
@@ -194,48 +129,30 @@ class BodyReader {
     return plan;
   }
 
-  // Calls `take` with the row's values by role.
-  template <class Take>
-  Status read_rows(const PlyElement& element, const PlyPlan& plan, Take take) {
-    PlyRow row{};
-    for (std::uint64_t i = 0; i < element.count; ++i) {
-      const char* const start = text_.at();
-      for (std::size_t p = 0; p < plan.roles.size(); ++p) {
-        const bool got = element.properties[p].list
-                             ? skip_property(element.properties[p])
-                             : values_.read(element.properties[p].type,
-                                            row[static_cast<std::size_t>(plan.roles[p])]);
-        if (!got) return at_fault(start);
-      }
-      values_.end_row();
-      if (Status taken = take(row, start); !taken) return taken;
-    }
-    return ok();
-  }
-
   Status read_vertices(const PlyElement& element) {
     vertices_read_ = true;
     const PlyPlan plan = plan_of(element);
     const bool normals = plan.all(PlyRole::kNx, PlyRole::kNy, PlyRole::kNz);
     const bool colors = plan.all(PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue);
-    if (Status fits = mesh_fits(element.count, 0, options_, binary_place(text_.at())); !fits)
+    if (Status fits = mesh_fits(element.count, 0, options_, rows_.place(text_.at())); !fits)
       return fits;
     mesh_.positions.reserve(element.count);
     if (normals) vertex_normals_.reserve(element.count);
     if (colors) mesh_.vertex_colors.reserve(element.count);
-    return read_rows(element, plan, [&](const PlyRow& row, const char* start) -> Status {
-      const Vec3 p = vector_of(row, PlyRole::kX);
-      if (!p.allFinite()) return error("a coordinate that is no finite number", start);
-      if (const double size = p.cwiseAbs().maxCoeff(); size > options_.max_coordinate) {
-        return error("coordinate " + to_text(size) + " is beyond the limit of " +
-                         to_text(options_.max_coordinate),
-                     start, ErrorCode::kLimit);
-      }
-      mesh_.positions.emplace_back(p + Vec3::Zero());
-      if (normals) vertex_normals_.push_back(unit_normal(vector_of(row, PlyRole::kNx), start));
-      if (colors) mesh_.vertex_colors.push_back(plan.color_of(row));
-      return ok();
-    });
+    return rows_.each_row_by_role(
+        element, plan, [&](const PlyRow& row, const char* start) -> Status {
+          const Vec3 p = vector_of(row, PlyRole::kX);
+          if (!p.allFinite()) return error("a coordinate that is no finite number", start);
+          if (const double size = p.cwiseAbs().maxCoeff(); size > options_.max_coordinate) {
+            return error("coordinate " + to_text(size) + " is beyond the limit of " +
+                             to_text(options_.max_coordinate),
+                         start, ErrorCode::kLimit);
+          }
+          mesh_.positions.emplace_back(p + Vec3::Zero());
+          if (normals) vertex_normals_.push_back(unit_normal(vector_of(row, PlyRole::kNx), start));
+          if (colors) mesh_.vertex_colors.push_back(plan.color_of(row));
+          return ok();
+        });
   }
 
   // As it is where it is a unit vector up to its file's rounding.
@@ -253,26 +170,11 @@ class BodyReader {
     if (!plan.all(PlyRole::kNx, PlyRole::kNy, PlyRole::kNz))
       return error("normals need nx, ny and nz", text_.at());
     mesh_.normals.reserve(element.count);
-    return read_rows(element, plan, [&](const PlyRow& row, const char* start) -> Status {
-      mesh_.normals.push_back(unit_normal(vector_of(row, PlyRole::kNx), start));
-      return ok();
-    });
-  }
-
-  bool read_indices(const PlyProperty& property, std::vector<double>& list) {
-    std::size_t length = 0;
-    const char* const start = text_.at();
-    if (!read_length(property, length)) return false;
-    if (length > kMaxCorners) {
-      values_.failed =
-          error("a face of " + std::to_string(length) + " corners", start, ErrorCode::kLimit);
-      return false;
-    }
-    list.resize(length);
-    for (double& item : list) {
-      if (!values_.read(property.type, item)) return false;
-    }
-    return true;
+    return rows_.each_row_by_role(
+        element, plan, [&](const PlyRow& row, const char* start) -> Status {
+          mesh_.normals.push_back(unit_normal(vector_of(row, PlyRole::kNx), start));
+          return ok();
+        });
   }
 
   Status to_vertices(const std::vector<double>& list, const char* start) {
@@ -322,7 +224,7 @@ class BodyReader {
     std::vector<double> list, normal_items;
     std::vector<std::uint32_t> normals;
     if (Status fits =
-            mesh_fits(mesh_.positions.size(), element.count, options_, binary_place(text_.at()));
+            mesh_fits(mesh_.positions.size(), element.count, options_, rows_.place(text_.at()));
         !fits) {
       return fits;
     }
@@ -343,29 +245,19 @@ class BodyReader {
     }
     const bool colored =
         number == nullptr && colors.all(PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue);
-    for (std::uint64_t i = 0; i < element.count; ++i) {
-      const char* const start = text_.at();
-      double own = 0;
-      for (std::size_t p = 0; p < element.properties.size(); ++p) {
-        const PlyProperty& property = element.properties[p];
-        bool got = false;
-        if (&property == indices) {
-          got = read_indices(property, list);
-        } else if (&property == own_normals.list) {
-          got = read_indices(property, normal_items);
-        } else if (const int corner = own_normals.corner_of(property); corner >= 0) {
-          normal_items.resize(3);
-          got = values_.read(property.type, normal_items[static_cast<std::size_t>(corner)]);
-        } else if (&property == number) {
-          got = values_.read(property.type, own);
-        } else if (property.list) {
-          got = skip_property(property);
-        } else {
-          got = values_.read(property.type, row[static_cast<std::size_t>(colors.roles[p])]);
-        }
-        if (!got) return at_fault(start);
+    double own = 0;
+    const auto read = [&](const PlyProperty& property, std::size_t p) {
+      if (&property == indices) return rows_.read_list(property, list);
+      if (&property == own_normals.list) return rows_.read_list(property, normal_items);
+      if (const int corner = own_normals.corner_of(property); corner >= 0) {
+        normal_items.resize(3);
+        return rows_.read_value(property.type, normal_items[static_cast<std::size_t>(corner)]);
       }
-      values_.end_row();
+      if (&property == number) return rows_.read_value(property.type, own);
+      if (property.list) return rows_.skip_property(property);
+      return rows_.read_value(property.type, row[static_cast<std::size_t>(colors.roles[p])]);
+    };
+    return rows_.each_row(element, read, [&](const char* start) -> Status {
       std::uint32_t of_face = 0;
       if (number != nullptr) {
         if (!(own >= 0 && own < static_cast<double>(own_elements_))) {
@@ -377,10 +269,7 @@ class BodyReader {
       } else if (colored) {
         of_face = elements_.colored(colors.color_of(row));
       }
-      if (strips) {
-        if (const Status strip = read_strip(list, of_face, start); !strip) return strip;
-        continue;
-      }
+      if (strips) return read_strip(list, of_face, start);
       if (const Status face = to_vertices(list, start); !face) return face;
       normals.clear();
       if (own_normals.any() && normal_items.size() == list.size()) {
@@ -388,13 +277,11 @@ class BodyReader {
           normals.push_back(n >= 0 && n < 4294967295.0 ? static_cast<std::uint32_t>(n)
                                                        : FaceBuilder::kNoNormal);
         }
-      } else if (!vertex_normals_.empty() && !own_normals.any()) {
+      } else if (!vertex_normals_.empty() && !own_normals_) {
         normals = face_;
       }
-      if (const Status added = add_face(normals, of_face, start); !added) return added;
-    }
-    own_normals_ = own_normals.any();
-    return ok();
+      return add_face(normals, of_face, start);
+    });
   }
 
   // One list of vertices, each but the first two making a triangle, -1 beginning anew.
@@ -414,7 +301,7 @@ class BodyReader {
         continue;
       if (const Status face = to_vertices(corners, start); !face) return face;
       const std::vector<std::uint32_t> normals =
-          vertex_normals_.empty() ? std::vector<std::uint32_t>{} : face_;
+          vertex_normals_.empty() || own_normals_ ? std::vector<std::uint32_t>{} : face_;
       if (const Status added = add_face(normals, of_face, start); !added) return added;
     }
     return ok();
@@ -425,31 +312,27 @@ class BodyReader {
     const PlyProperty* const b = element.find("vertex2");
     if (a == nullptr || b == nullptr || a->list || b->list) {
       if (element.count > 0) ignored_.push_back("element 'edge' without vertex1 and vertex2");
-      return skip(element);
+      return rows_.skip(element);
     }
     const PlyProperty* const curve = element.find("curve");
     edges_.reserve(element.count);
-    for (std::uint64_t i = 0; i < element.count; ++i) {
-      const char* const start = text_.at();
-      double from = 0, to = 0, number = -1;
-      for (const PlyProperty& property : element.properties) {
-        double other = 0;
-        double& value = &property == a       ? from
-                        : &property == b     ? to
-                        : &property == curve ? number
-                                             : other;
-        if (property.list ? !skip_property(property) : !values_.read(property.type, value))
-          return at_fault(start);
-      }
-      values_.end_row();
+    double from = 0, to = 0, number = -1, other = 0;
+    const auto read = [&](const PlyProperty& property, std::size_t) {
+      double& value = &property == a       ? from
+                      : &property == b     ? to
+                      : &property == curve ? number
+                                           : other;
+      return property.list ? rows_.skip_property(property) : rows_.read_value(property.type, value);
+    };
+    return rows_.each_row(element, read, [&](const char* start) -> Status {
       edge_start_ = start;
       const double most = 4294967294.0;
       if (!(from >= 0 && to >= 0 && from <= most && to <= most))
         return error("an edge to no vertex", start);
       edges_.push_back({static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to),
                         number >= 0 && number <= most ? static_cast<std::int64_t>(number) : -1});
-    }
-    return ok();
+      return ok();
+    });
   }
 
   Status finish() {
@@ -468,12 +351,12 @@ class BodyReader {
     if (given > 0) {
       diagnostics_.warning(
           std::to_string(given) + " triangles have no normals: they were given their own",
-          text_.place());
+          rows_.place(text_.at()));
     }
     if (!make_ply_curves(edges_, curve_labels_, mesh_)) {
       return error("an edge to a vertex past the last", edge_start_);
     }
-    const Place end = binary_place(text_.at());
+    const Place end = rows_.place(text_.at());
     for (const std::string& what : ignored_)
       diagnostics_.warning(what + " is not kept", {options_.file_name});
     if (mesh_.triangles.empty())
@@ -481,8 +364,9 @@ class BodyReader {
     warn(few_, "faces with fewer than three corners are left out");
     warn(crossing_, "polygons cross themselves or are flat");
     warn(no_direction_, "normals have no direction");
-    warn(values_.longer, "rows have more values than the header announces: they are left out");
-    const bool rest = header_.encoding == PlyEncoding::kAscii ? text_.more() : !text_.at_end();
+    warn(rows_.values().longer,
+         "rows have more values than the header announces: they are left out");
+    const bool rest = rows_.ascii() ? text_.more() : !text_.at_end();
     if (rest)
       diagnostics_.warning(std::to_string(text_.left()) + " bytes after the data are left out",
                            end);
@@ -492,12 +376,12 @@ class BodyReader {
   void warn(const Tally& odd, std::string_view what) {
     if (odd.count() > 0) {
       diagnostics_.warning(std::to_string(odd.count()) + " " + std::string(what),
-                           binary_place(odd.first()));
+                           rows_.place(odd.first()));
     }
   }
 
+  PlyRows<Values> rows_;
   TextScanner& text_;
-  Values values_;
   const PlyHeader& header_;
   const ReadOptions& options_;
   Diagnostics& diagnostics_;
@@ -524,15 +408,26 @@ Result<TriangleMesh> read_ply(std::span<const std::byte> bytes, const ReadOption
   TextScanner text(text_of(bytes), options.file_name);
   const Result<PlyHeader> header = read_ply_header(text);
   if (!header) return header.error();
+  const auto read = [&](auto values, TextScanner& body, Diagnostics& told) {
+    return BodyReader(body, std::move(values), *header, options, told).read();
+  };
   switch (header->encoding) {
     case PlyEncoding::kLittleEndian:
-      return BodyReader<BinaryValues<false>>(text, *header, options, diagnostics).read();
+      return read(BinaryValues<false>(text), text, diagnostics);
     case PlyEncoding::kBigEndian:
-      return BodyReader<BinaryValues<true>>(text, *header, options, diagnostics).read();
+      return read(BinaryValues<true>(text), text, diagnostics);
     case PlyEncoding::kAscii:
       break;
   }
-  return BodyReader<AsciiValues>(text, *header, options, diagnostics).read();
+  if (PlySectionValues::fit(text, *header, options)) {
+    TextScanner body = text;
+    Diagnostics told;
+    if (Result<TriangleMesh> mesh = read(PlySectionValues(body, *header, options), body, told)) {
+      for (const Diagnostic& each : told.all()) diagnostics.warning(each.message, each.where);
+      return mesh;
+    }
+  }
+  return read(AsciiValues(text), text, diagnostics);
 }
 
 }  // namespace diesink

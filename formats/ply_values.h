@@ -16,8 +16,8 @@
 
 namespace diesink {
 
-// Every read checks what is left; after a failure `failed`
-// holds the error.
+// Every read checks what is left; after a failure `failed` holds the error. begin_row() gives the
+// row's place, end_row() and finish() leave the cursor where it ends.
 class AsciiValues {
  public:
   explicit AsciiValues(TextScanner& text) : text_(text) {}
@@ -41,12 +41,17 @@ class AsciiValues {
                  : text_.number_error(state, "a value");
     return false;
   }
+  const char* begin_row() {
+    text_.more();
+    return text_.at();
+  }
   // A row's end: the rest of its line is left out, and counted.
   void end_row() {
     if (!text_.more_in_line()) return;
     longer.hit(text_.at());
     text_.rest_of_line();
   }
+  void finish() {}
   std::optional<Error> failed;
   Tally longer;
 
@@ -106,7 +111,9 @@ class BinaryValues {
     }
     return true;
   }
+  const char* begin_row() { return text_.at(); }
   void end_row() {}
+  void finish() {}
   std::optional<Error> failed;
   Tally longer;
 

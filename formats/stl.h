@@ -17,4 +17,10 @@ bool looks_like_stl(std::span<const std::byte> bytes);
 Result<TriangleMesh> read_stl(std::span<const std::byte> bytes, const ReadOptions& options,
                               Diagnostics& diagnostics);
 
+// The two kinds. Needs: kStlHeaderBytes at least of a binary file.
+Result<TriangleMesh> read_binary_stl(std::span<const std::byte> bytes, const ReadOptions& options,
+                                     Diagnostics& diagnostics);
+Result<TriangleMesh> read_ascii_stl(std::string_view text, const ReadOptions& options,
+                                    Diagnostics& diagnostics);
+
 }  // namespace diesink

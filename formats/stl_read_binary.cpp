@@ -1,0 +1,198 @@
+// Binary STL. The two colour layouts are those of VisCAM/SolidView and Materialise Magics.
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "formats/element_table.h"
+#include "formats/file_marks.h"
+#include "formats/mesh_builder.h"
+#include "formats/stl.h"
+#include "formats/stl_facets.h"
+#include "formats/text_number.h"
+
+namespace diesink {
+namespace {
+
+class BinaryReader {
+ public:
+  BinaryReader(std::span<const std::byte> bytes, const ReadOptions& options,
+               Diagnostics& diagnostics)
+      : bytes_(bytes), options_(options), diagnostics_(diagnostics) {}
+
+  Result<TriangleMesh> read() {
+    std::uint32_t claimed = 0;
+    std::memcpy(&claimed, bytes_.data() + 80, 4);
+    const std::size_t held = (bytes_.size() - kStlHeaderBytes) / kStlFacetBytes;
+    if (claimed > held) {
+      return error("the header counts " + std::to_string(claimed) +
+                       " facets, the file has room for " + std::to_string(held),
+                   80);
+    }
+    if (claimed > options_.max_triangles) {
+      Error over = error(std::to_string(claimed) + " facets are more than the limit of " +
+                             std::to_string(options_.max_triangles),
+                         80);
+      over.code = ErrorCode::kLimit;
+      return over;
+    }
+    // A closed mesh has half as many vertices as triangles.
+    const std::size_t vertices = options_.weld ? claimed / 2 : std::size_t{3} * claimed;
+    if (const Status fits = mesh_fits(vertices, claimed, options_, at(80)); !fits) {
+      return fits.error();
+    }
+    const std::size_t end = kStlHeaderBytes + kStlFacetBytes * std::size_t{claimed};
+    if (end != bytes_.size()) {
+      diagnostics_.warning(std::to_string(bytes_.size() - end) + " bytes after the last of " +
+                               std::to_string(claimed) + " facets are left out",
+                           at(end));
+    }
+    TriangleMesh mesh;
+    read_header(mesh);
+    FacetGatherer gatherer(claimed, options_.weld);
+    for (std::size_t i = 0; i < claimed; ++i) {
+      const std::size_t offset = kStlHeaderBytes + kStlFacetBytes * i;
+      std::array<float, 12> numbers{};
+      std::memcpy(numbers.data(), bytes_.data() + offset, sizeof numbers);
+      std::array<Vec3, 3>& corners = gatherer.next();
+      bool fits = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto x = static_cast<double>(numbers[3 + 3 * c + k]);
+          corners[c][static_cast<int>(k)] = x;
+          fits &= std::abs(x) <= options_.max_coordinate;
+        }
+      }
+      if (!fits) return bad_coordinate(corners, offset);
+      const Vec3 normal(static_cast<double>(numbers[0]), static_cast<double>(numbers[1]),
+                        static_cast<double>(numbers[2]));
+      const NormalVerdict verdict = judge_normal(normal, corners);
+      if (verdict != NormalVerdict::kFine) [[unlikely]] {
+        Odd& odd = verdict == NormalVerdict::kNotFinite ? not_finite_ : opposed_;
+        if (odd.count++ == 0) odd.first = offset;
+      }
+      gatherer.took();
+    }
+    gatherer.move_into(mesh);
+    read_colors(mesh);
+    warn(not_finite_, kNotFiniteNormals);
+    warn(opposed_, kOpposedNormals);
+    return mesh;
+  }
+
+ private:
+  struct Odd {
+    std::size_t count = 0, first = 0;
+  };
+
+  [[nodiscard]] Place at(std::size_t offset) const {
+    return {options_.file_name, 0, 0, static_cast<std::int64_t>(offset)};
+  }
+  [[nodiscard]] Error error(std::string message, std::size_t offset) const {
+    return {ErrorCode::kInput, std::move(message), at(offset)};
+  }
+  void warn(const Odd& odd, std::string_view what) {
+    if (odd.count > 0)
+      diagnostics_.warning(std::to_string(odd.count) + " " + std::string(what), at(odd.first));
+  }
+
+  [[nodiscard]] Error bad_coordinate(const std::array<Vec3, 3>& corners, std::size_t offset) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double x = corners[c][static_cast<int>(k)];
+        const std::size_t place = offset + 12 + 12 * c + 4 * k;
+        if (!std::isfinite(x)) return error("a coordinate that is no finite number", place);
+        if (std::abs(x) > options_.max_coordinate) {
+          Error over = error("coordinate " + to_text(x) + " is beyond the limit of " +
+                                 to_text(options_.max_coordinate),
+                             place);
+          over.code = ErrorCode::kLimit;
+          return over;
+        }
+      }
+    }
+    return error("a coordinate that cannot be read", offset);
+  }
+
+  void read_header(TriangleMesh& mesh) {
+    std::string_view header =
+        std::string_view(static_cast<const char*>(static_cast<const void*>(bytes_.data())), 80);
+    if (const std::size_t color = header.find("COLOR=");
+        color != std::string_view::npos && color + 10 <= 80) {
+      Color of_object{};
+      std::memcpy(of_object.data(), bytes_.data() + color + 6, 4);
+      magics_ = of_object;
+    }
+    header = header.substr(0, header.find('\0'));
+    // What the writer puts there; other programs' headers say nothing that can be relied on.
+    if (const std::size_t units = header.find(" units="); units != std::string_view::npos) {
+      const std::string_view word = header.substr(units + 7);
+      mesh.unit = unit_of(word.substr(0, word.find(' ')));
+    }
+    if (header.find(" up=z") != std::string_view::npos) mesh.up = UpAxis::kZ;
+    if (header.find(" up=y") != std::string_view::npos) mesh.up = UpAxis::kY;
+    if (const std::size_t name = header.find(" name="); name != std::string_view::npos) {
+      mesh.name = std::string(header.substr(name + 6));
+    }
+  }
+
+  void read_colors(TriangleMesh& mesh) {
+    const auto attribute = [&](std::size_t facet) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, bytes_.data() + kStlHeaderBytes + kStlFacetBytes * facet + 48, 2);
+      return value;
+    };
+    // Without the Magics mark a word without bit 15 is no colour: zero, or another program's
+    // attribute.
+    bool any = magics_.has_value();
+    std::size_t foreign = 0, first_foreign = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const std::uint16_t word = attribute(i);
+      if ((word & 0x8000U) != 0) {
+        any = true;
+      } else if (word != 0 && !magics_ && foreign++ == 0) {
+        first_foreign = i;
+      }
+    }
+    if (foreign > 0) {
+      diagnostics_.warning(std::to_string(foreign) +
+                               " facets have an attribute word that is no colour: it is left out",
+                           at(kStlHeaderBytes + kStlFacetBytes * first_foreign + 48));
+    }
+    if (!any || mesh.triangles.empty()) return;
+    ElementTable elements;
+    mesh.triangle_element.resize(mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const unsigned word = attribute(i);
+      const auto part = [&](unsigned shift) {
+        return static_cast<std::uint8_t>(((word >> shift & 31U) * 255 + 15) / 31);
+      };
+      const bool marked = (word & 0x8000U) != 0;
+      if (magics_) {
+        // Bit 15 says that the facet has the object's colour; red is in the low bits.
+        mesh.triangle_element[i] =
+            elements.colored(marked ? *magics_ : Color{part(0), part(5), part(10), 255});
+      } else if (marked) {
+        mesh.triangle_element[i] = elements.colored(Color{part(10), part(5), part(0), 255});
+      } else {
+        mesh.triangle_element[i] = elements.named("", "");
+      }
+    }
+    elements.move_into(mesh);
+  }
+
+  std::span<const std::byte> bytes_;
+  const ReadOptions& options_;
+  Diagnostics& diagnostics_;
+  std::optional<Color> magics_;
+  Odd not_finite_, opposed_;
+};
+
+}  // namespace
+
+Result<TriangleMesh> read_binary_stl(std::span<const std::byte> bytes, const ReadOptions& options,
+                                     Diagnostics& diagnostics) {
+  return BinaryReader(bytes, options, diagnostics).read();
+}
+
+}  // namespace diesink
