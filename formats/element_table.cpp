@@ -24,12 +24,13 @@ std::uint32_t ElementTable::add(MeshElement element) {
   return static_cast<std::uint32_t>(elements_.size() - 1);
 }
 
-std::uint32_t ElementTable::named(std::string_view name, std::string_view solid) {
+std::uint32_t ElementTable::named(std::string_view name, std::string_view solid, bool as_is) {
   std::pair<std::string, std::string> key(name, solid);
   if (const auto found = by_name_.find(key); found != by_name_.end()) return found->second;
   MeshElement element{key.first, key.second, std::nullopt};
-  if (element.name.empty()) element.name = element.solid;
-  if (names_.count(element.name) > 0 && !solid.empty()) element.name += "." + element.solid;
+  if (element.name.empty() && !as_is) element.name = element.solid;
+  if (names_.count(element.name) > 0 && !solid.empty() && !as_is)
+    element.name += "." + element.solid;
   const std::uint32_t number = add(std::move(element));
   by_name_.emplace(std::move(key), number);
   return number;

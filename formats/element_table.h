@@ -24,8 +24,9 @@ std::string color_name(const Color& color);
 // Gives out element numbers. Names are made unique by what tells the elements apart, or a number.
 class ElementTable {
  public:
-  // The element with this name and solid; made when first asked for.
-  std::uint32_t named(std::string_view name, std::string_view solid);
+  // The element with this name and solid; made when first asked for. One without a name is called
+  // as its solid is, unless `as_is`.
+  std::uint32_t named(std::string_view name, std::string_view solid, bool as_is = false);
   // The element of this colour alone.
   std::uint32_t colored(const Color& color);
   // A new element even where the name is there already (STL's solids).

@@ -60,7 +60,7 @@ void set_normals(const TriangleMesh& mesh, GltfLayout& layout) {
     if (!(length > 0) || !std::isfinite(length)) {
       n = Vec3::UnitZ();
       ++without;
-    } else if (std::abs(length - 1) > 1e-4) {
+    } else if (std::abs(length - 1) > 1e-3) {
       n /= length;
     }
     for (int k = 0; k < 3; ++k) {

@@ -189,7 +189,7 @@ const Format kObj{
     .read = read_obj,
     .write = write_obj,
     .stream = stream_obj,
-    .remarks = "units and up axis as comments; colours of elements in the .mtl",
+    .remarks = "units and up axis as comments; colours of elements in the .mtl, of vertices without alpha",
 };
 
 }  // namespace diesink

@@ -26,6 +26,7 @@ class ObjReader {
   Result<TriangleMesh> read() {
     cut_into_sections();
     if (const Status parsed = parse_sections(); !parsed) return parsed.error();
+    read_marks();
     if (const Status gathered = gather_vertices(); !gathered) return gathered.error();
     for (std::size_t s = 0; s < sections_.size(); ++s) {
       // Without a single normal in the file, its faces have none.
@@ -147,7 +148,7 @@ class ObjReader {
         }
       }
       corner += corners;
-      if (!element_) element_ = elements_.named(group_, material_);
+      if (!element_) element_ = elements_.named(group_, material_, ours_);
       switch (builder_.add(vertices, normals, *element_)) {
         case FaceVerdict::kFine:
           break;
@@ -215,7 +216,6 @@ class ObjReader {
   }
 
   Status finish() {
-    read_marks();
     for (MeshElement& element : elements_.elements()) {
       if (const auto color = colors_.find(element.solid); color != colors_.end()) {
         element.color = color->second;

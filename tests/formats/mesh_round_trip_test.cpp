@@ -1,15 +1,12 @@
 // What a format can hold comes back to the bit: STL, OBJ, PLY and OFF, each alone and each after
 // another. SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
 #include <span>
 #include <string>
 
 #include "formats/mesh_file.h"
 #include "formats/registry.h"
+#include "tests/formats/round_trip.h"
 #include "tests/support/die_mesh.h"
 #include "tests/support/mesh_signature.h"
 #include "tests/support/random_mesh.h"
@@ -19,31 +16,12 @@ namespace {
 
 using testing::both;
 using testing::Compared;
+using testing::through;
+using Kind = testing::RoundTripKind;
 using testing::difference;
 using testing::MeshTraits;
 using testing::random_mesh;
 using testing::signature;
-
-class Folder {
- public:
-  Folder() : path_(::testing::TempDir() + "diesink-round-trip-" + std::to_string(::getpid())) {
-    std::filesystem::create_directories(path_);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { std::filesystem::remove_all(path_); }
-  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-struct Kind {
-  const char* name;
-  const Format* format;
-  bool ascii;
-  Compared keeps;
-};
 
 const std::vector<Kind>& kinds() {
   static const std::vector<Kind> all{
@@ -66,35 +44,6 @@ const std::vector<Kind>& gltf_kinds() {
   return all;
 }
 
-TriangleMesh through(const TriangleMesh& mesh, const Kind& kind, const Folder& folder) {
-  WriteOptions options;
-  options.program_comment = "diesink test";
-  options.ascii = kind.ascii;
-  options.lines = true;
-  options.file_stem = "mesh";
-  const Result<WrittenMesh> written = kind.format->write(mesh, options);
-  EXPECT_TRUE(written) << to_text(written.error());
-  // Only what stands beside the file goes to the disk: files in place are synced, which takes its
-  // time.
-  for (const FileBytes& beside : std::span(written->files).subspan(1)) {
-    std::ofstream(folder.file(beside.name), std::ios::binary)
-        << std::string_view(static_cast<const char*>(static_cast<const void*>(beside.bytes.data())),
-                            beside.bytes.size());
-  }
-  EXPECT_EQ(format_of_content(written->files[0].bytes, ""), kind.format);
-  ReadOptions reading;
-  reading.folder = folder.file("");
-  Diagnostics diagnostics;
-  Result<TriangleMesh> back = kind.format->read(written->files[0].bytes, reading, diagnostics);
-  EXPECT_TRUE(back) << to_text(back.error());
-  if (!back) return {};
-  for (const Diagnostic& d : diagnostics.all()) {
-    // A mesh of a unit nobody told is as large as its numbers, in metres.
-    if (d.message.find("may not be the metre") == std::string::npos) ADD_FAILURE() << to_text(d);
-  }
-  return std::move(*back);
-}
-
 // OBJ and ASCII PLY cannot tell a colour apart that is not there from one an element without a name
 // has, and so on: the random meshes keep within what every format can say.
 MeshTraits traits_of(const Kind& kind) {
@@ -104,7 +53,7 @@ MeshTraits traits_of(const Kind& kind) {
 }
 
 TEST(MeshRoundTrip, EveryFormatAlone) {
-  const Folder folder;
+  const testing::RoundTripFolder folder;
   for (const Kind& kind : kinds()) {
     for (unsigned seed = 0; seed < 150; ++seed) {
       const TriangleMesh mesh = random_mesh(seed, traits_of(kind));
@@ -119,7 +68,7 @@ TEST(MeshRoundTrip, EveryFormatAlone) {
 }
 
 TEST(MeshRoundTrip, EveryFormatAfterEveryOther) {
-  const Folder folder;
+  const testing::RoundTripFolder folder;
   for (const Kind& first : kinds()) {
     for (const Kind& second : kinds()) {
       const Compared kept = both(first.keeps, second.keeps);
@@ -135,7 +84,7 @@ TEST(MeshRoundTrip, EveryFormatAfterEveryOther) {
 }
 
 TEST(MeshRoundTrip, GltfAndEveryOtherAfterEachOther) {
-  const Folder folder;
+  const testing::RoundTripFolder folder;
   for (const Kind& gltf : gltf_kinds()) {
     std::vector<Kind> others = kinds();
     others.insert(others.end(), gltf_kinds().begin(), gltf_kinds().end());
@@ -157,7 +106,7 @@ TEST(MeshRoundTrip, GltfAndEveryOtherAfterEachOther) {
 }
 
 TEST(MeshRoundTrip, ADie) {
-  const Folder folder;
+  const testing::RoundTripFolder folder;
   const TriangleMesh die = test::die_mesh();
   for (const Kind& kind : kinds()) {
     const TriangleMesh back = through(die, kind, folder);

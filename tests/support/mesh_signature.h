@@ -17,7 +17,10 @@ namespace diesink::testing {
 struct Compared {
   bool names = true, solids = true, colors = true, normals = true, vertex_colors = true,
        curves = true, marks = true;
-  bool as_float = false;  // positions rounded to float
+  bool as_float = false;          // positions rounded to float
+  bool normals_as_float = false;  // normals too
+  bool five_bits = false;         // element colours rounded to five bits, without alpha
+  bool opaque = false;            // vertex colours without alpha
 };
 
 inline Compared both(const Compared& a, const Compared& b) {
@@ -28,7 +31,10 @@ inline Compared both(const Compared& a, const Compared& b) {
           a.vertex_colors && b.vertex_colors,
           a.curves && b.curves,
           a.marks && b.marks,
-          a.as_float || b.as_float};
+          a.as_float || b.as_float,
+          a.normals_as_float || b.normals_as_float,
+          a.five_bits || b.five_bits,
+          a.opaque || b.opaque};
 }
 
 // One line a triangle, curve and mark, sorted. Every number to the bit.
@@ -36,7 +42,8 @@ inline std::vector<std::string> signature(const TriangleMesh& mesh, const Compar
   const auto exact = [&](const Vec3& v, bool position) {
     char text[128];
     Vec3 p = v;
-    for (int i = 0; i < 3 && position && compared.as_float; ++i) {
+    const bool rounded = position ? compared.as_float : compared.normals_as_float;
+    for (int i = 0; i < 3 && rounded; ++i) {
       p[i] = static_cast<double>(static_cast<float>(p[i]));
     }
     std::snprintf(text, sizeof text, "(%a %a %a)", p.x() + 0.0, p.y() + 0.0, p.z() + 0.0);
@@ -55,7 +62,14 @@ inline std::vector<std::string> signature(const TriangleMesh& mesh, const Compar
       const MeshElement& element = mesh.elements[e];
       if (compared.names) line += element.name + " ";
       if (compared.solids) line += "of " + element.solid + " ";
-      if (compared.colors && element.color) line += color(*element.color) + " ";
+      if (compared.colors && element.color) {
+        std::array<std::uint8_t, 4> c = *element.color;
+        for (std::uint8_t& part : c) {
+          if (compared.five_bits) part = static_cast<std::uint8_t>((part * 31 + 127) / 255);
+        }
+        if (compared.five_bits) c[3] = 255;
+        line += color(c) + " ";
+      }
     }
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t v = mesh.triangles[t][corner];
@@ -63,8 +77,11 @@ inline std::vector<std::string> signature(const TriangleMesh& mesh, const Compar
       if (compared.normals && !mesh.corner_normals.empty()) {
         line += "n" + exact(mesh.normals[mesh.corner_normals[t][corner]], false);
       }
-      if (compared.vertex_colors && !mesh.vertex_colors.empty())
-        line += color(mesh.vertex_colors[v]);
+      if (compared.vertex_colors && !mesh.vertex_colors.empty()) {
+        std::array<std::uint8_t, 4> c = mesh.vertex_colors[v];
+        if (compared.opaque) c[3] = 255;
+        line += color(c);
+      }
     }
     lines.push_back(std::move(line));
   }
