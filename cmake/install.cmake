@@ -16,6 +16,14 @@ if(NOT CMAKE_CROSSCOMPILING)
   install(FILES ${pages}/diesink.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
 endif()
 
+# Where Debian's python3 looks in its /usr; any other prefix needs PYTHONPATH.
+if(DIESINK_BUILD_PYTHON)
+  set(python_dir lib/python3/dist-packages/diesink)
+  install(TARGETS python_module LIBRARY DESTINATION ${python_dir} COMPONENT python)
+  install(FILES ${PROJECT_SOURCE_DIR}/python/diesink/__init__.py ${PROJECT_SOURCE_DIR}/python/diesink/__init__.pyi
+    ${PROJECT_SOURCE_DIR}/python/diesink/py.typed DESTINATION ${python_dir} COMPONENT python)
+endif()
+
 # What the static libraries link besides; a project that links them has to find it.
 set(DIESINK_PRIVATE_PACKAGES "hwy draco nlohmann_json meshoptimizer PNG")
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/diesink)

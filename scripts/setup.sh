@@ -23,6 +23,7 @@ tests=(
   libassimp-dev        # second reader of STL, OBJ, PLY and OFF
   libopenmesh-dev      # second reader and writer of the same, peer of the STL reader in bench
   python3              # drives the program
+  pybind11-dev python3-dev python3-numpy python3-pytest # the Python module and its tests
   locales              # a locale with a decimal comma
 )
 # The second readers of glTF (tests/formats/npm) run on any Node.js with npm.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""convert -> picture -> formats -> core, never back; core knows no files, streams or environment.
+"""python -> convert -> picture -> formats -> core, never back; core knows no files, streams or environment.
 
 usage: layers_test.py SOURCE_FOLDER
 """
@@ -8,7 +8,7 @@ import pathlib
 import re
 import sys
 
-LAYERS = ["core", "formats", "picture", "convert"]  # each may include itself and those before it
+LAYERS = ["core", "formats", "picture", "convert", "python"]  # each may include itself and those before it
 # What core may not touch at all: files, streams, the environment, the command line's and the formats' libraries.
 CORE_FORBIDDEN = re.compile(
     r"#include <(iostream|fstream|sstream|ostream|istream|filesystem|cstdio|stdio\.h|unistd\.h|fcntl\.h|CLI/|draco/|tiny_gltf|nlohmann/)"
