@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the pictures of README.md and of the primitives in docs/part-program.md, by diesink preview.
+"""Draws the pictures of README.md, its example's among them, and of the primitives in docs/part-program.md, by diesink preview.
 
 usage: make_preview_pictures.py [PROGRAM]    (default build/release/bin/diesink; writes docs/pictures)
 """
@@ -49,6 +49,7 @@ def main():
     draw(fig6, "fig6", "--size", "960x720")
     draw(fig6, "fig6-plan", "--size", "480x360", "--view", "plan")
     draw(fig6, "fig6-slope", "--size", "480x360", "--color", "slope")
+    draw(ROOT / "docs/examples/lid.part", "lid", "--size", "640x480")
     with tempfile.TemporaryDirectory() as folder:
         for name, solid in PRIMITIVES.items():
             part = pathlib.Path(folder) / f"{name}.part"
