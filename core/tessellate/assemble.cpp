@@ -7,6 +7,8 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/tessellate/pinch.h"
+
 namespace diesink {
 namespace {
 
@@ -27,7 +29,8 @@ class Assembler {
         arrangement_(arrangement),
         samples_(samples),
         regions_(regions),
-        options_(options) {}
+        options_(options),
+        pinched_(arrangement) {}
   Result<Tessellation> run();
 
  private:
@@ -42,12 +45,19 @@ class Assembler {
   std::uint32_t vertex_at(std::uint32_t arc_point, double z);
   void add_levels();
   void divide_columns();
-  void between(std::uint32_t point, double from, double to,
-               std::vector<std::uint32_t>& chain) const;
+  void between(std::uint32_t point, const ArcEnd* end, double from, double to,
+               std::vector<std::uint32_t>& chain);
   void add_faces();
   void add_walls();
-  void strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q, double q_right,
-             double q_left, std::uint32_t element, const Vec3& np, const Vec3& nq);
+  // One side of a strip: heights of the arc's right and left side over a point, the wall's normal
+  // there, and which end of an arc it is where it is one.
+  struct StripSide {
+    std::uint32_t point;
+    double right, left;
+    Vec3 normal;
+    const ArcEnd* end;
+  };
+  void strip(const StripSide& p, const StripSide& q, std::uint32_t element);
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t element,
                 std::uint32_t na, std::uint32_t nb, std::uint32_t nc);
   Status add_floor();
@@ -65,6 +75,9 @@ class Assembler {
   Tessellation out_;
   std::map<std::string, std::uint32_t> element_of_;
   std::vector<Column> columns_;
+  PinchedNodes pinched_;
+  // Vertices that part the walls of one wedge of material from those of another on the same line.
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> parting_;  // of (level's vertex, next, wedge)
   double floor_ = 0;
 };
 
@@ -137,14 +150,36 @@ void Assembler::divide_columns() {
   }
 }
 
-// The column's vertices from one height to another, both included, upwards or downwards.
-void Assembler::between(std::uint32_t point, double from, double to,
-                        std::vector<std::uint32_t>& chain) const {
+// The column's vertices from one height to another, both included, upwards or downwards. Where more
+// than two walls stand on the line, each wedge of material but the first has vertices of its own
+// between the levels: no edge is in more than two triangles.
+void Assembler::between(std::uint32_t point, const ArcEnd* end, double from, double to,
+                        std::vector<std::uint32_t>& chain) {
   chain.clear();
   const Column& column = columns_[point];
   const double low = std::fmin(from, to), high = std::fmax(from, to);
+  const std::uint32_t node = samples_.points[point].node;
+  const bool pinched = end != nullptr && node != ArcPoint::kNoNode && pinched_.has(node);
+  const auto height = [&](Label label) {
+    return label == kNoLabel ? floor_ : samples_.z(point, label);
+  };
+  double below = 0;
   for (const auto& [z, v] : column.levels) {
-    if (z >= low && z <= high) chain.push_back(v);
+    if (z < low || z > high) continue;
+    if (pinched && !chain.empty()) {
+      const PinchedNodes::Wedge wedge = pinched_.wedge_of(node, *end, z, height);
+      if (wedge.number > 0) {
+        const auto [it, fresh] = parting_.try_emplace(
+            {chain.back(), v, static_cast<std::uint32_t>(wedge.number)}, 0u);
+        if (fresh) {
+          const ArcPoint& at = samples_.points[point];
+          it->second = vertex({at.x, at.y, below + (z - below) * wedge.number / wedge.wedges});
+        }
+        chain.push_back(it->second);
+      }
+    }
+    chain.push_back(v);
+    below = z;
   }
   if (from > to) std::reverse(chain.begin(), chain.end());
 }
@@ -184,15 +219,13 @@ void Assembler::add_faces() {
 // A vertical strip between two columns. Seen from its right side it is anticlockwise where the left
 // side is the higher; where the right one is, the same order faces left: always towards the lower
 // side.
-void Assembler::strip(std::uint32_t p, double p_right, double p_left, std::uint32_t q,
-                      double q_right, double q_left, std::uint32_t e, const Vec3& np,
-                      const Vec3& nq) {
+void Assembler::strip(const StripSide& p, const StripSide& q, std::uint32_t e) {
   std::vector<std::uint32_t> cp, cq;
-  between(p, p_right, p_left, cp);
-  between(q, q_right, q_left, cq);
+  between(p.point, p.end, p.right, p.left, cp);
+  between(q.point, q.end, q.right, q.left, cq);
   const auto n0 = static_cast<std::uint32_t>(out_.mesh.normals.size());
-  out_.mesh.normals.push_back(np);
-  out_.mesh.normals.push_back(nq);
+  out_.mesh.normals.push_back(p.normal);
+  out_.mesh.normals.push_back(q.normal);
   const auto& at = out_.mesh.positions;
   std::size_t i = 0, j = 0;
   while (i + 1 < cp.size() || j + 1 < cq.size()) {
@@ -267,8 +300,9 @@ void Assembler::add_walls() {
       if (pl == pr && ql == qr) continue;
       const double s = pl - pr + ql - qr >= 0 ? 1 : -1;
       const Vec2 tp = normal_at(k), tq = normal_at(k + 1);
-      strip(p, pr, pl, q, qr, ql, e, Vec3(s * tp.y(), -s * tp.x(), 0),
-            Vec3(s * tq.y(), -s * tq.x(), 0));
+      const ArcEnd first{a, false}, last{a, true};
+      strip({p, pr, pl, Vec3(s * tp.y(), -s * tp.x(), 0), k == 0 ? &first : nullptr},
+            {q, qr, ql, Vec3(s * tq.y(), -s * tq.x(), 0), k + 2 == n ? &last : nullptr}, e);
     }
   }
 }
@@ -416,6 +450,13 @@ Result<Tessellation> Assembler::run() {
     if (!done) return done.error();
   }
   add_curves();
+  std::vector<std::uint32_t> pinches;
+  for (std::uint32_t p = 0; p < columns_.size(); ++p) {
+    const std::uint32_t node = samples_.points[p].node;
+    if (node == ArcPoint::kNoNode || !pinched_.has(node)) continue;
+    for (const auto& [z, v] : columns_[p].levels) pinches.push_back(v);
+  }
+  split_fans(out_.mesh, pinches);
   fill_report(compound_, out_, floor_, out_.report);
   out_.report.domain = {arrangement_.box.x0, arrangement_.box.x1, arrangement_.box.y0,
                         arrangement_.box.y1};

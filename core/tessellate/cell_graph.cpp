@@ -55,6 +55,7 @@ class GraphMaker {
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
   bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
   bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);
+  [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell, const Vec2& p) const;
   std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
                            const PlanCurve* two, double z1, double z2, const Vec3* vertex);
 
@@ -306,6 +307,26 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
   return id;
 }
 
+// Every function that may part labels in the cell vanishes at p: nothing hides beside it.
+bool GraphMaker::is_star_centre(const CellInfo& info, const TreeCell& c, const Vec2& p) const {
+  CellVerdict all, here;
+  std::vector<std::uint32_t> steps = info.steps;
+  classify(surface_, vertices_, CellBox::of(c.box), steps, options_.flat, all);
+  const double near = 1e-9 * surface_.size;  // as exact as corners have to be
+  steps = info.steps;
+  classify(surface_, vertices_, {p.x(), p.y(), near, near}, steps, options_.flat, here);
+  if (here.functions.full) return false;
+  for (const PlanFunction& f : all.functions) {
+    bool found = false;
+    for (const PlanFunction& g : here.functions) {
+      found = found || (f.kind == g.kind && f.solid == g.solid && f.id == g.id && f.a == g.a &&
+                        f.b == g.b);
+    }
+    if (!found) return false;
+  }
+  return true;
+}
+
 bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
                              const std::vector<Item>& items) {
   const PlanBox& b = c.box;
@@ -369,6 +390,7 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
       // The other sheet of a side is not the corner that is seen.
       if (!seen(one, at, z1) || !seen(two, at, z2)) continue;
       if (c.kind != CellKind::kLeast && !runs_through_all(at)) continue;
+      if (c.kind != CellKind::kLeast && info.star && !is_star_centre(info, c, at)) continue;
       if (c.kind == CellKind::kLeast) {
         // Tiny cells lie on the corner; their own box is the better bound.
         at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);
@@ -440,7 +462,7 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
   if (round) {
     if (c.kind == CellKind::kArc) {
       done = join_pairs(info, items, false) || (items.size() == 2 && join_corner(info, c, items));
-    } else if (info.has_vertex) {
+    } else if (info.has_vertex || (info.star && !least)) {
       done = join_corner(info, c, items);
     } else {
       done = join_pairs(info, items, true) || join_corner(info, c, items);

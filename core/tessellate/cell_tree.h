@@ -25,6 +25,7 @@ struct CellVerdict {
   FaceList candidates;      // faces that may be the surface in the cell; no label for a hole
   bool hole = false;        // there may be no surface somewhere in the cell
   bool has_vertex = false;  // kCorner by a body's own vertex
+  bool star = false;        // kCorner only if every function runs through the corner
   bool merged =
       false;  // two lines so close that they count as one: curves may differ along the arc
   Vec3 vertex = Vec3::Zero();
@@ -51,7 +52,7 @@ struct CellInfo {
   std::int32_t cell = 0;
   bool has_vertex = false;
   Vec3 vertex = Vec3::Zero();
-  bool merged = false;       // as of the verdict
+  bool star = false, merged = false;  // as of the verdict
   bool sorted_by_y = false;  // kArc: crossings pair up in ascending y (else in ascending x)
   double depth = 0;
   std::vector<std::uint32_t> steps;  // of the expression that matter in the cell

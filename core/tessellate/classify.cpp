@@ -244,6 +244,17 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
   }
 }
 
+// Several lines no two of which meet more than once: one corner, if all of them run through it.
+bool is_star(const FunctionList& fs) {
+  for (int i = 0; i < fs.count; ++i) {
+    if (!fs[i].regular()) return false;
+    for (int j = 0; j < i; ++j) {
+      if (!is_transverse(fs[i], fs[j])) return false;
+    }
+  }
+  return fs.count >= 3;
+}
+
 }  // namespace
 
 std::vector<BodyVertices> body_vertices(const Impl& surface) {
@@ -470,6 +481,10 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
   }
   decide(surface, vertices, box, verdict);
+  if (verdict.kind == CellKind::kUnknown && !verdict.candidates.full && is_star(fs)) {
+    verdict.kind = CellKind::kCorner;
+    verdict.star = true;
+  }
   // Candidates that differ by less than the tolerance can see are one surface for the tree.
   if (verdict.kind == CellKind::kUnknown && !verdict.hole && fs.count > 0) {
     bool shallow = true;
