@@ -113,6 +113,34 @@ ArcPoint ArcSamples::point_at(std::uint32_t a, double t) const {
   return p;
 }
 
+double ArcSamples::halfway(std::uint32_t a, double t0, double t1) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  const std::size_t last = arc.nodes.size() - 2;
+  const std::size_t k0 = std::min(static_cast<std::size_t>(t0), last);
+  const std::size_t k1 = std::min(static_cast<std::size_t>(t1), last);
+  if (k0 == k1) return 0.5 * (t0 + t1);
+  const auto length_in = [&](std::size_t k) {
+    const PlanNode &p = arrangement_.nodes[arc.nodes[k]], &q = arrangement_.nodes[arc.nodes[k + 1]];
+    const double from = std::fmax(t0, static_cast<double>(k));
+    const double to = std::fmin(t1, static_cast<double>(k + 1));
+    return std::hypot(q.x - p.x, q.y - p.y) * (to - from);
+  };
+  double total = 0;
+  for (std::size_t k = k0; k <= k1; ++k) total += length_in(k);
+  double passed = 0;
+  for (std::size_t k = k0; k <= k1; ++k) {
+    const double length = length_in(k);
+    if (passed + length >= 0.5 * total && length > 0) {
+      const double from = std::fmax(t0, static_cast<double>(k));
+      const double to = std::fmin(t1, static_cast<double>(k + 1));
+      const double t = from + (to - from) * (0.5 * total - passed) / length;
+      return t > t0 && t < t1 ? t : 0.5 * (t0 + t1);
+    }
+    passed += length;
+  }
+  return 0.5 * (t0 + t1);
+}
+
 ArcPoint ArcSamples::end_of(std::uint32_t a, bool last) const {
   const PlanArc& arc = arrangement_.arcs[a];
   const std::uint32_t n = last ? arc.nodes.back() : arc.nodes.front();
@@ -318,6 +346,7 @@ std::uint32_t ArcSamples::insert(std::uint32_t a, std::uint32_t after, const Tri
   SampledArc& arc = arcs[a];
   const auto point = static_cast<std::uint32_t>(points.size());
   points.push_back(trial.p);
+  points.back().arc = a;
   const auto sample = static_cast<std::uint32_t>(arc.samples.size());
   ArcSample s;
   s.point = point;
@@ -352,7 +381,7 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t
                             ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
                             : arc.samples[next].t;
-      const double t = 0.5 * (arc.samples[n].t + t1);
+      const double t = halfway(a, arc.samples[n].t, t1);
       const std::uint32_t mid = insert(a, n, {t, point_at(a, t)});
       certify(a, n, depth + 1);
       certify(a, mid, depth + 1);
@@ -415,6 +444,7 @@ void ArcSamples::sample_all(int threads) {
     for (const Trial& trial : trials[a]) {
       append(static_cast<std::uint32_t>(points.size()), trial.t);
       points.push_back(trial.p);
+      points.back().arc = a;
     }
     const PlanArc& of = arrangement_.arcs[a];
     if (of.closed) {
@@ -469,7 +499,7 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double sho
     }
   }
   if (length < 2 * shortest || !(t1 - t0 > 1e-12 * (1 + t1))) return result;
-  const double t = 0.5 * (t0 + t1);
+  const double t = halfway(ref.arc, t0, t1);
   const Trial trial{t, point_at(ref.arc, t)};
   const std::uint32_t sample = insert(ref.arc, ref.sample, trial);
   SampledArc& now = arcs[ref.arc];

@@ -17,6 +17,7 @@ namespace diesink {
 struct ArcPoint {
   double x = 0, y = 0;
   std::array<LabelHeight, 2> sides;  // interior points: left and right label of their arc
+  std::uint32_t arc = kNoNode;       // interior points: theirs
   std::uint32_t node = kNoNode;      // junctions: the arrangement's node, which knows all heights
   static constexpr std::uint32_t kNoNode = 0xFFFFFFFFu;
 };
@@ -75,6 +76,9 @@ class ArcSamples {
   }
   // Points of an arc in order; closed arcs repeat the first.
   void chain(std::uint32_t arc, std::vector<std::uint32_t>& out) const;
+  [[nodiscard]] bool is_chord(std::uint32_t a, std::uint32_t b) const {
+    return chords_.contains(key(a, b));
+  }
   // The bound kept with the chord between two neighbouring points.
   [[nodiscard]] double chord_bound(std::uint32_t a, std::uint32_t b) const;
 
@@ -95,6 +99,8 @@ class ArcSamples {
     ArcPoint p;
   };
   [[nodiscard]] ArcPoint point_at(std::uint32_t arc, double t) const;
+  // Halfway between two places on an arc, by length: stretches may be of very different ones.
+  [[nodiscard]] double halfway(std::uint32_t arc, double t0, double t1) const;
   [[nodiscard]] ArcPoint end_of(std::uint32_t arc, bool last) const;
   void sample(std::uint32_t arc, std::vector<Trial>& out) const;
   void sample_on_grid(std::uint32_t arc, std::vector<Trial>& out) const;

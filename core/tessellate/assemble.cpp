@@ -17,6 +17,7 @@ using Impl = CompoundSurface::Impl;
 // Walls are divided in height where they are taller than this many widths of their strips, so that
 // their triangles keep their least angle.
 constexpr double kWallAspect = 3.5;
+constexpr double kWallParts = 24;
 // Smallest angle of the floor's triangles, radians.
 constexpr double kFloorAngle = 0.25;
 
@@ -37,7 +38,8 @@ class Assembler {
   // The vertices of the mesh over one arc point, by ascending height.
   struct Column {
     std::vector<std::pair<double, std::uint32_t>> levels;
-    double spacing = 1e300;  // plan length of the shortest chord at the point
+    double spacing = 1e300;  // plan length of the chords at the point: of the longer one of an
+                             // arc, the least of several arcs
   };
 
   std::uint32_t element(const std::string& name, const std::string& solid);
@@ -123,12 +125,21 @@ void Assembler::add_levels() {
         vertex_at(chain[k], samples_.z(chain[k], label));
       }
       if (options_.solid && hole_or_border(arc)) vertex_at(chain[k], floor_);
-      if (k > 0) {
-        const ArcPoint &p = samples_.points[chain[k - 1]], &q = samples_.points[chain[k]];
-        const double length = std::hypot(p.x - q.x, p.y - q.y);
-        columns_[chain[k - 1]].spacing = std::fmin(columns_[chain[k - 1]].spacing, length);
-        columns_[chain[k]].spacing = std::fmin(columns_[chain[k]].spacing, length);
-      }
+    }
+    const auto length = [&](std::size_t k) {
+      const ArcPoint &p = samples_.points[chain[k]], &q = samples_.points[chain[k + 1]];
+      return std::hypot(p.x - q.x, p.y - q.y);
+    };
+    const std::size_t last = chain.size() - 1;
+    for (std::size_t k = 0; k <= last; ++k) {
+      // One short chord makes a needle whatever is done; it shall not make many.
+      double longer = 0;
+      for (std::size_t j = k > 1 ? k - 1 : 0; j < std::min(k + 1, last); ++j)
+        longer = std::fmax(longer, length(j));
+      if (k == 0 && last > 1) longer = std::fmax(longer, length(1));
+      if (k == last && last > 1) longer = std::fmax(longer, length(last - 2));
+      double& spacing = columns_[chain[k]].spacing;
+      spacing = std::fmin(spacing, longer);
     }
   }
 }
@@ -143,7 +154,7 @@ void Assembler::divide_columns() {
     for (std::size_t k = 0; k + 1 < column.levels.size(); ++k) {
       const double z0 = column.levels[k].first, z1 = column.levels[k + 1].first;
       const int parts =
-          static_cast<int>(std::clamp((z1 - z0) / (kWallAspect * column.spacing), 1.0, 64.0));
+          static_cast<int>(std::clamp((z1 - z0) / (kWallAspect * column.spacing), 1.0, kWallParts));
       for (int i = 1; i < parts; ++i) extra.push_back(z0 + (z1 - z0) * i / parts);
     }
     for (const double z : extra) vertex_at(p, z);

@@ -147,13 +147,14 @@ void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std:
   classify(surface_, vertices_, box, here, options_.flat, verdict);
   if (verdict.kind == CellKind::kPlain && p.state.label == q.state.label) return;
   const bool along_y = box.hy > box.hx;
-  bool single = false;
-  if (!verdict.functions.full && verdict.functions.count == 1) {
-    const PlanFunction& f = verdict.functions[0];
-    single = along_y ? f.regular_y() : f.regular_x();
-  }
+  bool regular = !verdict.functions.full;
+  for (const PlanFunction& f : verdict.functions)
+    regular = regular && (along_y ? f.regular_y() : f.regular_x());
+  const bool single = regular && verdict.functions.count == 1;
   const double length = 2 * std::fmax(box.hx, box.hy);
-  if (single || length <= 0.25 * options_.least || depth > 60) {
+  // Lines that cross the border once each are told apart as long as ties do not make them one.
+  const double least = regular ? 4 * surface_.tie : 0.25 * options_.least;
+  if (single || length <= least || depth > 60) {
     if (p.state.label != q.state.label) add_change(p, q);
     return;
   }
@@ -312,7 +313,7 @@ bool GraphMaker::is_star_centre(const CellInfo& info, const TreeCell& c, const V
   CellVerdict all, here;
   std::vector<std::uint32_t> steps = info.steps;
   classify(surface_, vertices_, CellBox::of(c.box), steps, options_.flat, all);
-  const double near = 1e-9 * surface_.size;  // as exact as corners have to be
+  const double near = 64 * surface_.tie;  // what lies apart by less is one
   steps = info.steps;
   classify(surface_, vertices_, {p.x(), p.y(), near, near}, steps, options_.flat, here);
   if (here.functions.full) return false;

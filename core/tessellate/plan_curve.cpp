@@ -175,8 +175,10 @@ bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d
   t = 0.5;
   z = z0;
   if (!on_line(curve, p, d, t, z)) return false;
-  return t >= -1e-9 &&
-         t <= 1 + 1e-9;  // of the bracket: the halvings may have ended beside the root by rounding
+  // The halvings may have ended beside the root: by rounding, of the bracket, or because what lies
+  // beside a body by a tie still meets it.
+  const double beside = 1e-9 + 4 * surface_->tie / d.norm();
+  return t >= -beside && t <= 1 + beside;
 }
 
 bool CurveSolver::on_sheet(Label label, const Vec2& p, double z) const {

@@ -138,6 +138,11 @@ bool PlanarTriangulation::is_small_corner(std::uint32_t h) const {
   return uv > 0 && 4 * uv * uv > square(u) * square(v);
 }
 
+bool PlanarTriangulation::is_closing(std::uint32_t a, std::uint32_t b,
+                                     const RefineRules& rules) {
+  return rules.closing && a >= kFrame && b >= kFrame && rules.closing(a - kFrame, b - kFrame);
+}
+
 void PlanarTriangulation::push_bad(std::size_t level, const Ticket& ticket) {
   bad_[level].push_back(ticket);
   top_ = std::max(top_, level);
@@ -153,7 +158,9 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
       for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
         if (!is_constrained(h) || is_constrained(next(h)) || is_constrained(prev(h))) continue;
         const LatticePoint& c = lattice_[apex(h)];
-        if (dot(lattice_[origin(h)] - c, lattice_[origin(next(h))] - c) < 0 && request(h, true)) {
+        if (dot(lattice_[origin(h)] - c, lattice_[origin(next(h))] - c) < 0 &&
+            !is_closing(apex(h), origin(h), rules) && !is_closing(apex(h), origin(next(h)), rules) &&
+            request(h, true)) {
           deferred_.push_back(ticket);
         }
       }
@@ -164,7 +171,8 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
     const std::uint32_t h = shape.shortest;
     if (uv > 0 && uv * uv > cosine * cosine * shape.bc * shape.ca &&
         !(is_constrained(next(h)) && is_constrained(prev(h))) &&
-        !(!is_constrained(h) && is_small_corner(twin(h)))) {
+        !(!is_constrained(h) && is_small_corner(twin(h))) &&
+        !is_closing(origin(h), origin(next(h)), rules)) {
       push_bad(shape_level(shape), ticket);
       return;
     }

@@ -42,6 +42,9 @@ struct RefineRules {
   // Chart length: refinement for shape makes no edge shorter, nor asks for a segment to be split
   // whose halves would be. (What too_coarse asks for is not held by it.)
   double shortest_edge = 0;
+  // True where the borders on which two vertices lie close in on each other at a corner, so that
+  // nothing but an end would make the triangles between them less narrow; may be empty. They stay.
+  std::function<bool(std::uint32_t, std::uint32_t)> closing;
   // With min_angle > 0: also ask for segments to be split that have a vertex in their diametral
   // circle without a bad triangle beside them.
   bool split_encroached = true;
@@ -208,6 +211,7 @@ class PlanarTriangulation {
   [[nodiscard]] bool request(std::uint32_t h, bool for_shape);
   // Whether segments enclose the corner opposite h at less than 60 degrees.
   [[nodiscard]] bool is_small_corner(std::uint32_t h) const;
+  static bool is_closing(std::uint32_t a, std::uint32_t b, const RefineRules& rules);
   [[nodiscard]] bool is_held_at_corner(std::uint32_t segment) const;
 
   std::vector<Vec2> points_;

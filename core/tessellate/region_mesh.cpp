@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/region_mesh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -14,6 +15,9 @@ namespace diesink {
 namespace {
 
 using Impl = CompoundSurface::Impl;
+
+// Rounds of splitting chords for triangles that look down.
+constexpr int kTurnedRounds = 12;
 
 class Region {
  public:
@@ -38,6 +42,8 @@ class Region {
   void take_split(const Chord& chord, std::uint32_t point);
   void keep(const Chord& chord);
   [[nodiscard]] bool broken() const { return broken_; }
+  // What refine() asked for last must be split however short it is.
+  [[nodiscard]] bool urgent() const { return urgent_; }
   RegionMesh finish();
 
  private:
@@ -45,8 +51,10 @@ class Region {
     return options_.grid_x != nullptr ? Vec2(p.head<2>()) : chart_.to_chart(p);
   }
   std::uint32_t local(std::uint32_t arc_point);
+  std::vector<Chord> chords_of_turned();
   void insert_apex();
   void insert_grid();
+  [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
   [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
@@ -59,7 +67,8 @@ class Region {
   RegionMesh mesh_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_of_;
   std::vector<Vec2> points_;
-  bool built_ = false, broken_ = false;
+  bool built_ = false, broken_ = false, urgent_ = false;
+  int turned_rounds_ = 0;
 };
 
 std::uint32_t Region::local(std::uint32_t arc_point) {
@@ -176,6 +185,32 @@ void Region::insert_grid() {
   }
 }
 
+// Two vertices on arcs that end at one corner, nearer to each other than the least angle would have
+// them so far from it.
+bool Region::closing(std::uint32_t a, std::uint32_t b) const {
+  const std::uint32_t pa = mesh_.arc_point[a], pb = mesh_.arc_point[b];
+  if (pa == ArcSamples::kNone || pb == ArcSamples::kNone) return false;
+  const std::uint32_t arc_a = samples_.points[pa].arc, arc_b = samples_.points[pb].arc;
+  if (arc_a == arc_b || arc_a == ArcPoint::kNoNode || arc_b == ArcPoint::kNoNode) return false;
+  const double gap = (mesh_.position[a] - mesh_.position[b]).norm();
+  const auto ends = [&](std::uint32_t arc) {
+    const PlanArc& of = arrangement_.arcs[arc];
+    return std::array<std::uint32_t, 2>{of.nodes.front(), of.nodes.back()};
+  };
+  for (const std::uint32_t na : ends(arc_a)) {
+    const PlanNode& corner = arrangement_.nodes[na];
+    for (const std::uint32_t nb : ends(arc_b)) {
+      const PlanNode& other = arrangement_.nodes[nb];
+      // Corners that are not told apart at the tolerance are one.
+      if (na != nb && std::hypot(corner.x - other.x, corner.y - other.y) > options_.shortest)
+        continue;
+      const Vec3& at = mesh_.position[a];
+      if (gap < 0.4 * std::hypot(at.x() - corner.x, at.y() - corner.y)) return true;
+    }
+  }
+  return false;
+}
+
 double Region::longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
   return std::fmax((mesh_.position[a] - mesh_.position[b]).norm(),
                    std::fmax((mesh_.position[b] - mesh_.position[c]).norm(),
@@ -204,6 +239,7 @@ std::vector<Region::Chord> Region::refine() {
     // Next to nothing across: only its arcs could mend it.
     return longest_edge(a, b, c) > 0.25 * options_.tolerance;
   };
+  rules.closing = [this](std::uint32_t a, std::uint32_t b) { return closing(a, b); };
   rules.add_vertex = [this](const Vec2& c) {
     Vec3 p;
     if (!chart_.from_chart(c, p)) return false;
@@ -215,6 +251,30 @@ std::vector<Region::Chord> Region::refine() {
   std::vector<Chord> chords;
   for (const PlanarTriangulation::Segment& s : triangulation_.refine(rules)) {
     chords.push_back({mesh_.arc_point[s[0]], mesh_.arc_point[s[1]]});
+  }
+  urgent_ = false;
+  if (chords.empty() && turned_rounds_ < kTurnedRounds) {
+    chords = chords_of_turned();
+    urgent_ = !chords.empty();
+    if (urgent_) ++turned_rounds_;
+  }
+  return chords;
+}
+
+// Beside a silhouette chords of two arcs that never meet may cross in plan, one above the other:
+// the triangles between them look down. Shorter chords do not.
+std::vector<Region::Chord> Region::chords_of_turned() {
+  std::vector<Chord> chords;
+  for (const auto& t : triangulation_.triangles()) {
+    const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
+    const Vec3 u = b - a, v = c - a;
+    const double area = u.x() * v.y() - u.y() * v.x();
+    if (!(area < -1e-9 * u.cross(v).norm())) continue;  // else upright but for rounding
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t p = mesh_.arc_point[t[k]], q = mesh_.arc_point[t[(k + 1) % 3]];
+      if (p != ArcSamples::kNone && q != ArcSamples::kNone && samples_.is_chord(p, q))
+        chords.push_back({p, q});
+    }
   }
   return chords;
 }
@@ -302,15 +362,16 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
       hopeless = hopeless || (to_build[r] && asked[r].size() > 20'000);
     if (hopeless) break;
     bool split_any = false;
+    const std::vector<char> building = to_build;  // as it was asked: a split may break a region
     for (std::size_t r = 0; r < regions.size(); ++r) {
       for (const Region::Chord& chord : asked[r]) {
-        if (!refining && !to_build[r]) {
+        if (!refining && !building[r] && !regions[r]->urgent()) {
           regions[r]->keep(chord);
           split_any = true;  // refine once more without it
           continue;
         }
         const ArcSamples::Split split =
-            samples.split(chord[0], chord[1], to_build[r] ? least : options.shortest);
+            samples.split(chord[0], chord[1], building[r] || regions[r]->urgent() ? least : options.shortest);
         if (split.point == ArcSamples::kNone) {
           // Too short, or split already by the other side: a kept segment is told to both.
           regions[r]->keep(chord);

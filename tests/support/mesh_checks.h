@@ -219,10 +219,11 @@ inline void check_borders(const CompoundSurface& surface, const Tessellation& ma
     Vec2 out(b.y() - a.y(), a.x() - b.x());
     bool ended = !(out.norm() > 0);
     if (!ended) out.normalize();
-    for (const double step :
-         {1e-9 * surface.size() / made.report.tolerance, 0.05, 0.25, 1.0, 2.0}) {
-      const Vec2 p = m.head<2>() + step * made.report.tolerance * out;
-      ended = ended || !surface.at(p.x(), p.y());
+    // Where two parts all but touch the gap is narrow: every scale from rounding up.
+    for (double step = 1e-9 * surface.size(); !ended && step < 4 * made.report.tolerance;
+         step *= 1.5) {
+      const Vec2 p = m.head<2>() + step * out;
+      ended = !surface.at(p.x(), p.y());
     }
     if (!ended) stray(m);
   }
