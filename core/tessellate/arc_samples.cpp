@@ -262,11 +262,22 @@ void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const 
     }
   }
   std::sort(ts.begin(), ts.end());
+  // What a corner lies beside by a thousandth of the grid's interval, the corner stands for.
+  const auto interval = [](const std::vector<double>& lines) {
+    return lines.size() > 1 ? lines[1] - lines[0] : 0;
+  };
+  const double close = 1e-3 * std::fmin(interval(*options_.grid_x), interval(*options_.grid_y));
+  const ArcPoint ends[2] = {end_of(a, false), end_of(a, true)};
   double last = 0;
   for (const double t : ts) {
     if (t - last < 1e-6 || static_cast<double>(stretches) - t < 1e-6)
       continue;  // of a stretch: a line through a grid node
-    out.push_back({t, point_at(a, t)});
+    const ArcPoint p = point_at(a, t);
+    if (!arc.closed && (std::hypot(p.x - ends[0].x, p.y - ends[0].y) < close ||
+                        std::hypot(p.x - ends[1].x, p.y - ends[1].y) < close)) {
+      continue;
+    }
+    out.push_back({t, p});
     last = t;
   }
   while (arc.closed && out.size() < 3) {

@@ -170,11 +170,11 @@ void ArcMaker::make_border() {
     const PlanNode& node = out_.nodes[p];
     double along = 0;
     bool ahead = true;
-    if (n.y == inner_.y0) {
+    if (n.side == 0) {
       along = node.x - domain_.x0;
-    } else if (n.x == inner_.x1) {
+    } else if (n.side == 1) {
       along = w + node.y - domain_.y0;
-    } else if (n.y == inner_.y1) {
+    } else if (n.side == 2) {
       along = w + h + domain_.x1 - node.x;
       ahead = false;
     } else {
@@ -323,6 +323,7 @@ void ArcMaker::make_regions() {
 void ArcMaker::make() {
   plan_of_.assign(graph_.nodes.size(), kNone);
   walked_.assign(graph_.links.size(), 0);
+  for (std::size_t l = 0; l < graph_.links.size(); ++l) walked_[l] = graph_.links[l].gone ? 1 : 0;
   slot_of_link_.resize(graph_.nodes.size());
   for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
     if (!junction(g)) continue;

@@ -56,6 +56,7 @@ class GraphMaker {
   bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
   bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);
   [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell, const Vec2& p) const;
+  void pull_to_border();
   std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
                            const PlanCurve* two, double z1, double z2, const Vec3* vertex);
 
@@ -112,6 +113,7 @@ void GraphMaker::on_border(std::int32_t c, std::uint8_t side) {
   search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(cell(c).info)].steps, 0);
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
     graph_.nodes[n].border = true;
+    graph_.nodes[n].side = static_cast<std::int8_t>(side);
     found_.push_back({cell(c).info, side, n});
   }
 }
@@ -458,7 +460,11 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
                                      : (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
     }
   }
-  if (items.empty()) return;
+  if (items.empty()) {
+    // Three lines may close round something that no border tells of.
+    if (info.star && !least) to_split_.push_back(info.cell);
+    return;
+  }
   bool done = false;
   if (round) {
     if (c.kind == CellKind::kArc) {
@@ -472,6 +478,55 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     done = join_corner(info, c, items);
   }
   if (!done) to_split_.push_back(info.cell);
+}
+
+// A corner that lies on the border but for a tie, and the changes on the border beside it, are one
+// node there: what is between them is nothing.
+void GraphMaker::pull_to_border() {
+  const double near = 64 * surface_.tie;
+  for (std::uint32_t c = 0; c < graph_.nodes.size(); ++c) {
+    if (!graph_.nodes[c].corner) continue;
+    std::vector<std::uint32_t>& links = graph_.nodes[c].links;
+    const auto other_end = [&](std::uint32_t l) {
+      return graph_.links[l].from == c ? graph_.links[l].to : graph_.links[l].from;
+    };
+    // On the border a hair from the corner, and nothing else hangs on it.
+    const auto is_beside = [&](std::uint32_t l) {
+      const GraphNode &n = graph_.nodes[other_end(l)], &corner = graph_.nodes[c];
+      return n.border && n.links.size() == 1 &&
+             std::hypot(n.x - corner.x, n.y - corner.y) <= near;
+    };
+    const auto count = static_cast<std::size_t>(std::count_if(links.begin(), links.end(), is_beside));
+    if (count == 0 || count == links.size()) continue;
+    // One after another in the order round the corner, on one side of the domain.
+    while (!is_beside(links.front()) || is_beside(links.back()))
+      std::rotate(links.begin(), links.begin() + 1, links.end());
+    const GraphNode first = graph_.nodes[other_end(links.front())];
+    const bool upright = first.side == 1 || first.side == 3;
+    const auto along = [&](const GraphNode& of) { return upright ? of.y : of.x; };
+    bool one_side = true;
+    GraphNode low = first, high = first;
+    for (std::size_t k = 0; k < count; ++k) {
+      const GraphNode& n = graph_.nodes[other_end(links[k])];
+      one_side = one_side && is_beside(links[k]) && n.side == first.side;
+      if (along(n) < along(low)) low = n;
+      if (along(n) > along(high)) high = n;
+    }
+    if (!one_side) continue;
+    for (std::size_t k = 0; k < count; ++k) {
+      GraphNode& gone = graph_.nodes[other_end(links[k])];
+      gone.links.clear();
+      gone.border = false;
+      graph_.links[links[k]].gone = true;
+    }
+    links.erase(links.begin(), links.begin() + static_cast<std::ptrdiff_t>(count));
+    GraphNode& node = graph_.nodes[c];
+    (upright ? node.x : node.y) = upright ? first.x : first.y;
+    node.border = true;
+    node.side = first.side;
+    node.low = low.low;
+    node.high = high.high;
+  }
 }
 
 CellGraph GraphMaker::make() {
@@ -515,6 +570,7 @@ CellGraph GraphMaker::make() {
       }
     }
   }
+  pull_to_border();
   return std::move(graph_);
 }
 

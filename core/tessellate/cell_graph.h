@@ -19,6 +19,7 @@ struct GraphNode {
   std::vector<LabelHeight> heights;
   std::vector<std::uint32_t> links;  // corners: anticlockwise; changes: at most two
   bool corner = false, border = false, solved = true;
+  std::int8_t side = -1;  // on the border: 0 bottom, 1 right, 2 top, 3 left
 };
 
 // A stretch of arc inside one cell.
@@ -26,6 +27,7 @@ struct GraphLink {
   std::uint32_t from = 0, to = 0;
   Label left = kNoLabel, right = kNoLabel;
   PlanCurve curve;
+  bool gone = false;  // drawn together to a point
 };
 
 struct CellGraph {

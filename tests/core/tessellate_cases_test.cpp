@@ -27,9 +27,5 @@ TEST_P(NamedCases, GridSolid) { EXPECT_EQ(prove_case(GetParam(), MeshScheme::kGr
 INSTANTIATE_TEST_SUITE_P(Named, NamedCases, testing::ValuesIn(named_cases()),
                          [](const testing::TestParamInfo<NamedCase>& of) { return of.param.name; });
 
-// Known to fail: --gtest_also_run_disabled_tests runs them.
-INSTANTIATE_TEST_SUITE_P(DISABLED_Open, NamedCases, testing::ValuesIn(named_cases(false)),
-                         [](const testing::TestParamInfo<NamedCase>& of) { return of.param.name; });
-
 }  // namespace
 }  // namespace diesink::test

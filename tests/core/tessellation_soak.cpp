@@ -148,7 +148,7 @@ int main(int count, char** words) {
   if (first == "--part" && count > 2)
     return one_part(words[2], count > 3 ? std::atof(words[3]) : 0);
   if (first == "--cases" && count > 2) {
-    for (const NamedCase& c : all_named_cases())
+    for (const NamedCase& c : named_cases())
       std::ofstream(std::string(words[2]) + "/" + c.name + ".part") << c.text;
     return 0;
   }

@@ -40,7 +40,7 @@ inline std::string cone(const std::string& id, const std::string& base, const st
   return id + ",R-CONE,1\nP1," + base + "\nP2," + apex + "\nRAD," + radius + "\n";
 }
 
-inline std::vector<NamedCase> all_named_cases() {
+inline std::vector<NamedCase> named_cases() {
   const auto steinmetz = [](const std::string& radius) {
     return on_plane(
         cylinder("A", "5,20,0", "35,20,0", "8") + cylinder("C", "20,5,0", "20,35,0", radius),
@@ -160,19 +160,6 @@ inline std::vector<NamedCase> all_named_cases() {
        "SOLID-DEF\n" + box("A", "0,0,0", "40,40,5") + sphere("S", "20,20,5", "6") +
            "BOOLE-DEF\nA-S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
   };
-}
-
-// Those that hold, or those that are known not to.
-inline std::vector<NamedCase> named_cases(bool holds = true) {
-  std::vector<NamedCase> out;
-  for (const NamedCase& c : all_named_cases()) {
-    const bool fails = c.name == "SpheresSideBySide" || c.name == "Steinmetz" ||
-                       c.name == "SteinmetzPocket" || c.name == "BoxesMeetingInAnEdge" ||
-                       c.name == "PocketsMeetingInACorner" || c.name == "PyramidsMeetingInAnApex" ||
-                       c.name == "NoBaseTwoTouchingDiscs" || c.name == "FourRidgesInOnePoint";
-    if (fails != holds) out.push_back(c);
-  }
-  return out;
 }
 
 }  // namespace diesink::test
