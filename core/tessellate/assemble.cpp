@@ -79,7 +79,8 @@ class Assembler {
   std::vector<Column> columns_;
   PinchedNodes pinched_;
   // Vertices that part the walls of one wedge of material from those of another on the same line.
-  std::map<std::array<std::uint32_t, 3>, std::uint32_t> parting_;  // of (level's vertex, next, wedge)
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t>
+      parting_;  // of (level's vertex, next, wedge)
   double floor_ = 0;
 };
 
@@ -180,8 +181,8 @@ void Assembler::between(std::uint32_t point, const ArcEnd* end, double from, dou
     if (pinched && !chain.empty()) {
       const PinchedNodes::Wedge wedge = pinched_.wedge_of(node, *end, z, height);
       if (wedge.number > 0) {
-        const auto [it, fresh] = parting_.try_emplace(
-            {chain.back(), v, static_cast<std::uint32_t>(wedge.number)}, 0u);
+        const auto [it, fresh] =
+            parting_.try_emplace({chain.back(), v, static_cast<std::uint32_t>(wedge.number)}, 0u);
         if (fresh) {
           const ArcPoint& at = samples_.points[point];
           it->second = vertex({at.x, at.y, below + (z - below) * wedge.number / wedge.wedges});

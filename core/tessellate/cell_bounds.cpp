@@ -545,9 +545,8 @@ struct SideAbout {
 
 SideAbout side_about(const SideQuadratic& s, const CellBox& box, double z0) {
   const double dx = box.x - s.cx, dy = box.y - s.cy, d = z0 - s.cz;
-  return {s.q2,
-          {s.b0 + s.bx * dx + s.by * dy + s.q2 * d, s.bx, s.by},
-          side_on(s, dx, dy, {z0, 0, 0})};
+  return {
+      s.q2, {s.b0 + s.bx * dx + s.by * dy + s.q2 * d, s.bx, s.by}, side_on(s, dx, dy, {z0, 0, 0})};
 }
 
 // Where two sides meet, the member q_f - lambda q_g of their pencil without h² vanishes, too:
@@ -614,6 +613,13 @@ bool pencil_over(const Impl& surface, const FaceOver& f, const FaceOver& g, cons
 
 }  // namespace
 
+bool sides_run_apart(const Impl& surface, const FaceOver& f, const FaceOver& g,
+                     const CellBox& box) {
+  if (!f.side || !g.side || !f.has_mid || !g.has_mid || !f.tangent || !g.tangent) return false;
+  PlanFunction q;
+  return pencil_over(surface, f, g, box, q) && (q.lo > 0 || q.hi < 0);
+}
+
 PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOver& g,
                            const CellBox& box) {
   PlanFunction p;
@@ -664,8 +670,11 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
       PlanFunction q = p;
       if (pencil_over(surface, f, g, box, q)) {
         q.implicit_side = false;
+        // Elsewhere than over the whole box a side that does not meet the other may still be the
+        // higher of the two here and be gone there.
+        if (!f.tangent || !g.tangent) q.lo = -kInf, q.hi = kInf;
         if (!p.regular()) return q;
-        p.lo = q.lo;  // where the pencil does not vanish the sides do not meet
+        p.lo = q.lo;
         p.hi = q.hi;
       }
     }

@@ -131,6 +131,11 @@ Coverage base_over(const CompoundSurface::Impl& surface, const CompoundStep& ste
 // Range over the box of f - g.
 Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box);
 
+// Two quadric sides that are both there all over the box and do not meet in it for sure: at the
+// centre is everywhere the higher one.
+bool sides_run_apart(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
+                     const CellBox& box);
+
 // The function across whose zero line f and g change places, regular even near the silhouette of
 // one of them.
 PlanFunction crossing_over(const CompoundSurface::Impl& surface, const FaceOver& f,

@@ -55,7 +55,8 @@ class GraphMaker {
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
   bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
   bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);
-  [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell, const Vec2& p) const;
+  [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell,
+                                    const Vec2& p) const;
   void pull_to_border();
   std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
                            const PlanCurve* two, double z1, double z2, const Vec3* vertex);
@@ -152,7 +153,7 @@ void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std:
   bool regular = !verdict.functions.full;
   for (const PlanFunction& f : verdict.functions)
     regular = regular && (along_y ? f.regular_y() : f.regular_x());
-  const bool single = regular && verdict.functions.count == 1;
+  const bool single = regular && verdict.functions.count <= 1;
   const double length = 2 * std::fmax(box.hx, box.hy);
   // Lines that cross the border once each are told apart as long as ties do not make them one.
   const double least = regular ? 4 * surface_.tie : 0.25 * options_.least;
@@ -322,8 +323,8 @@ bool GraphMaker::is_star_centre(const CellInfo& info, const TreeCell& c, const V
   for (const PlanFunction& f : all.functions) {
     bool found = false;
     for (const PlanFunction& g : here.functions) {
-      found = found || (f.kind == g.kind && f.solid == g.solid && f.id == g.id && f.a == g.a &&
-                        f.b == g.b);
+      found = found ||
+              (f.kind == g.kind && f.solid == g.solid && f.id == g.id && f.a == g.a && f.b == g.b);
     }
     if (!found) return false;
   }
@@ -493,10 +494,10 @@ void GraphMaker::pull_to_border() {
     // On the border a hair from the corner, and nothing else hangs on it.
     const auto is_beside = [&](std::uint32_t l) {
       const GraphNode &n = graph_.nodes[other_end(l)], &corner = graph_.nodes[c];
-      return n.border && n.links.size() == 1 &&
-             std::hypot(n.x - corner.x, n.y - corner.y) <= near;
+      return n.border && n.links.size() == 1 && std::hypot(n.x - corner.x, n.y - corner.y) <= near;
     };
-    const auto count = static_cast<std::size_t>(std::count_if(links.begin(), links.end(), is_beside));
+    const auto count =
+        static_cast<std::size_t>(std::count_if(links.begin(), links.end(), is_beside));
     if (count == 0 || count == links.size()) continue;
     // One after another in the order round the corner, on one side of the domain.
     while (!is_beside(links.front()) || is_beside(links.back()))

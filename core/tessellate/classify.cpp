@@ -14,16 +14,19 @@ using Impl = CompoundSurface::Impl;
 // The expression so far over the box.
 struct StateOver {
   FaceList faces;
-  // Rows cut away for sure by a later `-` that spares others: their shadows still part what the cut
-  // spares.
+  // Rows cut away for sure by a later `-` that spares others, and cuts filled up for sure by a
+  // later
+  // `+`: their shadows still part what is left.
   ShortList<std::int32_t, 16> ghosts;
   bool hole = true;  // may be undefined somewhere
 };
 
 // f lies on or above g all over the box for sure (beyond ties), helped by the middle plane of a
 // quadric: its upper side is above that plane, its lower side below.
-bool surely_above(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
-  if (difference_over(f, g, box).lo > tie) return true;
+bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
+  const double tie = surface.tie;
+  const Range d = difference_over(f, g, box);
+  if (d.lo > tie) return true;
   const auto reach = [&](double gx, double gy) {
     return std::fabs(gx) * box.hx + std::fabs(gy) * box.hy;
   };
@@ -34,11 +37,13 @@ bool surely_above(const FaceOver& f, const FaceOver& g, const CellBox& box, doub
   if (g.has_mid && !g.upper) {
     if (f.c + f.lo - g.mc - reach(f.gx - g.mgx, f.gy - g.mgy) >= -tie) return true;
   }
-  return false;
+  return d.hi > tie && f.c - g.c > tie && sides_run_apart(surface, f, g, box);
 }
 
-bool never_above(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
-  return difference_over(f, g, box).hi <= tie;
+bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
+  const Range d = difference_over(f, g, box);
+  return d.hi <= surface.tie ||
+         (d.lo < -surface.tie && g.c - f.c > surface.tie && sides_run_apart(surface, f, g, box));
 }
 
 bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
@@ -47,16 +52,20 @@ bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double t
 }
 
 // `state` with one more term: sign +1 takes the higher, -1 the lower.
-void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign, const CellBox& box,
-             double tie) {
+void combine(const Impl& surface, StateOver& state, const FaceList& faces, bool faces_hole,
+             int sign, const CellBox& box) {
   if (sign < 0 && state.faces.count == 0) return;
   FaceList next;
   ShortList<std::int32_t, 16> cut;
   const auto beats = [&](const FaceOver& f, const FaceOver& g) {
-    return sign > 0 ? surely_above(f, g, box, tie) : surely_above(g, f, box, tie);
+    return sign > 0 ? surely_above(surface, f, g, box) : surely_above(surface, g, f, box);
+  };
+  const auto is_minus = [&](Label label) {
+    return surface.steps[surface.step_of_row[static_cast<std::size_t>(row_of(label))]].sign ==
+           Sign::kMinus;
   };
   const auto loses = [&](const FaceOver& f, const FaceOver& g) {  // the later one, ties lost
-    return sign > 0 ? never_above(f, g, box, tie) : never_above(g, f, box, tie);
+    return sign > 0 ? never_above(surface, f, g, box) : never_above(surface, g, f, box);
   };
   for (const FaceOver& c : state.faces) {
     // Gone where the term is there for sure and each face it may show is beyond c.
@@ -64,8 +73,8 @@ void combine(StateOver& state, const FaceList& faces, bool faces_hole, int sign,
     for (const FaceOver& f : faces) beaten = beaten && beats(f, c);
     if (!beaten) {
       next.push(c);
-    } else if (sign < 0) {
-      cut.push(row_of(c.label));
+    } else if (sign < 0 || is_minus(c.label)) {
+      cut.push(row_of(c.label));  // the more so a cut that is filled up again
     }
   }
   if (next.count == 0 && (sign > 0 || !state.hole)) {
@@ -333,8 +342,8 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       stack.pop_back();
       crowded = crowded || group.faces.full;
       steps[kept++] = i;
+      if (group.faces.count > 0) combine(surface, state, group.faces, group.hole, 1, box);
       for (const std::int32_t row : group.ghosts) state.ghosts.push(row);
-      if (group.faces.count > 0) combine(state, group.faces, group.hole, 1, box, tie);
       continue;
     }
     const int sign = step.sign == Sign::kPlus ? 1 : -1;
@@ -345,7 +354,7 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       if (coverage == Coverage::kOutside) continue;
       base_faces.clear();
       base_faces.push(face);
-      combine(state, base_faces, coverage != Coverage::kInside, sign, box, tie);
+      combine(surface, state, base_faces, coverage != Coverage::kInside, sign, box);
       steps[kept++] = i;
       continue;
     }
@@ -355,7 +364,7 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       steps[kept++] = i;
       continue;
     }
-    combine(state, body.faces, body.coverage != Coverage::kInside, sign, box, tie);
+    combine(surface, state, body.faces, body.coverage != Coverage::kInside, sign, box);
     crowded = state.faces.full;
     // A step whose faces can never be the value so far anywhere in the box is of no more use below
     // it. A list that overflowed cannot tell.
@@ -472,8 +481,10 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     for (int j = i + 1; j < state.faces.count; ++j) {
       const FaceOver &f = state.faces[i], &g = state.faces[j];
       if (row_of(f.label) == row_of(g.label)) continue;
-      if (surely_above(f, g, box, tie) || surely_above(g, f, box, tie) || coincide(f, g, box, tie))
+      if (surely_above(surface, f, g, box) || surely_above(surface, g, f, box) ||
+          coincide(f, g, box, tie)) {
         continue;
+      }
       if (only_touch(row_of(f.label), row_of(g.label))) continue;
       const PlanFunction p = crossing_over(surface, f, g, box);
       if (p.lo > 0 || p.hi < 0) continue;

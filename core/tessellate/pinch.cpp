@@ -114,8 +114,8 @@ void split_fans(TriangleMesh& mesh, const std::vector<std::uint32_t>& vertices) 
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t f = find(i - begin);
       if (f == 0) continue;  // the first keeps the vertex
-      auto copy = std::find_if(copies.begin(), copies.end(),
-                               [&](const auto& c) { return c.first == f; });
+      auto copy =
+          std::find_if(copies.begin(), copies.end(), [&](const auto& c) { return c.first == f; });
       if (copy == copies.end()) {
         copies.emplace_back(f, static_cast<std::uint32_t>(mesh.positions.size()));
         const Vec3 p = mesh.positions[corners[i].vertex];

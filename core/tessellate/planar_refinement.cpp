@@ -138,8 +138,7 @@ bool PlanarTriangulation::is_small_corner(std::uint32_t h) const {
   return uv > 0 && 4 * uv * uv > square(u) * square(v);
 }
 
-bool PlanarTriangulation::is_closing(std::uint32_t a, std::uint32_t b,
-                                     const RefineRules& rules) {
+bool PlanarTriangulation::is_closing(std::uint32_t a, std::uint32_t b, const RefineRules& rules) {
   return rules.closing && a >= kFrame && b >= kFrame && rules.closing(a - kFrame, b - kFrame);
 }
 
@@ -159,8 +158,8 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
         if (!is_constrained(h) || is_constrained(next(h)) || is_constrained(prev(h))) continue;
         const LatticePoint& c = lattice_[apex(h)];
         if (dot(lattice_[origin(h)] - c, lattice_[origin(next(h))] - c) < 0 &&
-            !is_closing(apex(h), origin(h), rules) && !is_closing(apex(h), origin(next(h)), rules) &&
-            request(h, true)) {
+            !is_closing(apex(h), origin(h), rules) &&
+            !is_closing(apex(h), origin(next(h)), rules) && request(h, true)) {
           deferred_.push_back(ticket);
         }
       }

@@ -370,8 +370,8 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
           split_any = true;  // refine once more without it
           continue;
         }
-        const ArcSamples::Split split =
-            samples.split(chord[0], chord[1], building[r] || regions[r]->urgent() ? least : options.shortest);
+        const ArcSamples::Split split = samples.split(
+            chord[0], chord[1], building[r] || regions[r]->urgent() ? least : options.shortest);
         if (split.point == ArcSamples::kNone) {
           // Too short, or split already by the other side: a kept segment is told to both.
           regions[r]->keep(chord);

@@ -149,6 +149,14 @@ inline std::vector<NamedCase> named_cases() {
       {"AKilometreAway", on_plane(sphere("S", "1000020,1000020,0", "8") +
                                       cylinder("A", "1000020,1000020,-1", "1000020,1000020,9", "3"),
                                   "+S+A", "1000000,1000040", "1000000,1000040")},
+      {"PocketFilledUpFromBelowItsRim",
+       on_plane(box("A", "10,10,-5", "30,30,4") + box("C", "5,5,-9", "25,25,-2"), "-A+C")},
+      {"DomeInAPocketUnderItsRim",
+       on_plane(box("A", "10,10,-5", "30,30,4") + sphere("S", "12,20,-10", "8"), "-A+S")},
+      {"NoBaseGroupCutToItsBorder",
+       "SOLID-DEF\n" + box("A", "2,2,0", "12,12,2") + box("C", "15,5,0", "35,35,6") +
+           cylinder("D", "25,20,3", "25,20,9", "12") +
+           "BOOLE-DEF\nA+(C-D)\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
       {"NoBaseTwoTouchingDiscs",
        "SOLID-DEF\n" + cylinder("A", "12,20,0", "12,20,5", "8") +
            cylinder("C", "28,20,0", "28,20,5", "8") +
