@@ -9,7 +9,7 @@ namespace diesink {
 std::span<const Command* const> all_commands() {
   static constexpr std::array kCommands{&kExportCommand,  &kCcCommand,      &kClCommand,
                                         &kVerifyCommand,  &kConvertCommand, &kInfoCommand,
-                                        &kPreviewCommand, &kFormatsCommand};
+                                        &kPreviewCommand, &kViewCommand,    &kFormatsCommand};
   return kCommands;
 }
 

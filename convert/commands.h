@@ -14,5 +14,6 @@ extern const Command kFormatsCommand;
 extern const Command kInfoCommand;
 extern const Command kPreviewCommand;
 extern const Command kVerifyCommand;
+extern const Command kViewCommand;
 
 }  // namespace diesink

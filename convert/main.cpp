@@ -41,21 +41,21 @@ void handle_signals() {
   ::signal(SIGXFSZ, SIG_IGN);
 }
 
+// Fits a terminal of 24 rows with the prompt below it.
 std::string overview() {
   std::string text(
-      "diesink: compound surfaces for dies, out to every CAD/CAM tool\n\n"
+      "diesink: compound surfaces for dies, out to every CAD/CAM tool\n"
       "usage: diesink COMMAND [OPTIONS]    (diesink COMMAND --help tells the options)\n\n");
   std::size_t widest = 0;
   for (const Command* each : all_commands()) widest = std::max(widest, each->name.size());
   for (const Command* each : all_commands()) {
-    const std::string indent(4 + widest, ' ');
+    const std::string indent(6, ' ');
     text += "  " + std::string(each->name) + std::string(widest - each->name.size() + 2, ' ');
-    text += std::string(each->summary) + "\n" + indent + "  " + std::string(each->example) + "\n";
+    text += std::string(each->summary) + "\n" + indent + std::string(each->example) + "\n";
   }
   return text +
-         "\n  --version, --help, --man, --completion bash|zsh|fish\n\n"
-         "exit status: 0 done, 1 wrong usage, 2 bad input, 3 not in this build,\n"
-         "             4 an output could not be written, 5 done but not kept to what was asked\n";
+         "  --version, --help, --man, --completion bash|zsh|fish\n"
+         "exit: 0 done, 1 usage, 2 input, 3 not in this build, 4 not written, 5 not kept\n";
 }
 
 std::string meant(std::string_view word, const std::vector<std::string>& known) {

@@ -10,6 +10,7 @@
 #include "convert/arguments.h"
 #include "convert/commands.h"
 #include "convert/input.h"
+#include "convert/lattice_map.h"
 #include "convert/path_check.h"
 #include "convert/path_input.h"
 #include "convert/paths.h"
@@ -54,31 +55,14 @@ Color color_of(CutState state, double height, double intol, double limit) {
 
 Status write_map(const VerifyReport& found, const VerifyOptions& how, const std::string& target) {
   constexpr std::size_t kMostPixels = 2000;  // a side
-  const std::size_t every = std::max<std::size_t>(
-      1, (std::max(found.columns, found.rows) + kMostPixels - 1) / kMostPixels);
-  const std::size_t width = (found.columns + every - 1) / every,
-                    height = (found.rows + every - 1) / every;
-  std::vector<std::uint8_t> rgb(3 * width * height);
-  const auto worse = [&](std::size_t a, std::size_t b) {
-    // Of the lattice points under one pixel the one that stands out most.
-    const auto weight = [&](std::size_t k) {
-      const double h = static_cast<double>(found.height[k]);
-      if (found.state[k] != CutState::kCut) return found.state[k] == CutState::kUncut ? 1e6 : 0.0;
-      return h < -how.intol ? 1e9 - h : 1 + std::fmax(0, h);
-    };
-    return weight(b) > weight(a) ? b : a;
-  };
-  for (std::size_t y = 0; y < height; ++y) {
-    for (std::size_t x = 0; x < width; ++x) {
-      std::size_t k = y * every * found.columns + x * every;
-      for (std::size_t j = y * every; j < std::min((y + 1) * every, found.rows); ++j) {
-        for (std::size_t i = x * every; i < std::min((x + 1) * every, found.columns); ++i) {
-          k = worse(k, j * found.columns + i);
-        }
-      }
+  const LatticeMap map = thinned(found, how.intol, kMostPixels);
+  std::vector<std::uint8_t> rgb(3 * map.points.size());
+  for (std::size_t y = 0; y < map.rows; ++y) {
+    for (std::size_t x = 0; x < map.columns; ++x) {
+      const std::size_t k = map.points[y * map.columns + x];
       const Color c =
           color_of(found.state[k], static_cast<double>(found.height[k]), how.intol, found.limit);
-      std::uint8_t* at = rgb.data() + 3 * ((height - 1 - y) * width + x);
+      std::uint8_t* at = rgb.data() + 3 * ((map.rows - 1 - y) * map.columns + x);
       at[0] = static_cast<std::uint8_t>(std::lround(255 * c.r));
       at[1] = static_cast<std::uint8_t>(std::lround(255 * c.g));
       at[2] = static_cast<std::uint8_t>(std::lround(255 * c.b));
@@ -87,7 +71,7 @@ Status write_map(const VerifyReport& found, const VerifyOptions& how, const std:
   OutputFiles files;
   Result<ByteSink*> sink = files.open(target);
   if (!sink) return sink.error();
-  if (Status done = write_png(width, height, rgb, **sink); !done) return done;
+  if (Status done = write_png(map.columns, map.rows, rgb, **sink); !done) return done;
   return files.commit();
 }
 

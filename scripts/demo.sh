@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # From an empty checkout to the paper's die in files for other CAD tools: installs what is missing, builds, exports.
-# usage: scripts/demo.sh        writes out/fig6.stl .obj .mtl .ply .glb
+# usage: scripts/demo.sh        writes out/fig6.stl .obj .mtl .ply .glb, and out/fig6.html, which shows it in a browser
 # SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,4 +17,5 @@ if ! { cmake --preset release -DDIESINK_BUILD_TESTS=OFF -DDIESINK_BUILD_BENCH=OF
 fi
 echo "demo: tessellating fixtures/parts/fig6.part"
 build/release/bin/diesink export fixtures/parts/fig6.part -o out/fig6.stl -o out/fig6.obj -o out/fig6.ply -o out/fig6.glb
-echo "demo: done; open out/fig6.glb in a viewer, or ask build/release/bin/diesink --help"
+build/release/bin/diesink view fixtures/parts/fig6.part -o out/fig6.html
+echo "demo: done; open out/fig6.html in a browser, or ask build/release/bin/diesink --help"

@@ -17,6 +17,8 @@ build=(
   nlohmann-json3-dev   # JSON of glTF
   libmeshoptimizer-dev # EXT_meshopt_compression
   libpng-dev           # pictures
+  zlib1g-dev           # what is in the viewer's pages
+  esbuild libjs-three  # make the viewer's page of its sources; without them the program has no view
 )
 tests=(
   libgtest-dev         # unit tests
@@ -28,6 +30,8 @@ tests=(
 )
 # The second readers of glTF (tests/formats/npm) run on any Node.js with npm.
 command -v npm >/dev/null || tests+=(nodejs npm)
+# Where it cannot be had, the test that looks at the viewer's page says that it is skipped.
+if_there=(chromium)
 bench=(
   libbenchmark-dev     # Google Benchmark
   libtinyobjloader-dev # peer of the OBJ reader
@@ -35,34 +39,40 @@ bench=(
 
 case "${1:-}" in
   "")        want=("${build[@]}" "${tests[@]}") ;;
-  --minimal) want=("${build[@]}") ;;
+  --minimal) want=("${build[@]}") if_there=() ;;
   --bench)   want=("${build[@]}" "${tests[@]}" "${bench[@]}") ;;
   -h|--help) sed -n '2,6s/^# //p' "$0"; exit 0 ;;
   *)         echo "setup: unknown option '$1' (setup.sh --help)" >&2; exit 1 ;;
 esac
 
-missing=()
+installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null || true)" = installed ]; }
+missing=() missing_if_there=()
 for package in "${want[@]}"; do
-  [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)" = installed ] || missing+=("$package")
+  installed "$package" || missing+=("$package")
 done
-if [ ${#missing[@]} -eq 0 ]; then
+for package in "${if_there[@]}"; do
+  installed "$package" || missing_if_there+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ] && [ ${#missing_if_there[@]} -eq 0 ]; then
   echo "setup: all ${#want[@]} packages are installed"
   exit 0
 fi
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
+  command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]} ${missing_if_there[*]}" >&2; exit 1; }
   as_root=(sudo)
 fi
-echo "setup: installing ${missing[*]}"
+echo "setup: installing ${missing[*]} ${missing_if_there[*]}"
 # `env` carries the setting through sudo.
 apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-if ! { "${apt[@]}" update && "${apt[@]}" install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+install() { [ $# -eq 0 ] || "${apt[@]}" install -y --no-install-recommends "$@"; }
+if ! { "${apt[@]}" update && install "${missing[@]}"; } >"$log" 2>&1; then
   tail -n 30 "$log" >&2
   echo "setup: apt-get failed (its last lines are above)" >&2
   exit 1
 fi
+install "${missing_if_there[@]}" >"$log" 2>&1 || echo "setup: going on without ${missing_if_there[*]}, which could not be installed"
 echo "setup: done"

@@ -8,7 +8,7 @@ import pathlib
 import re
 import sys
 
-LAYERS = ["core", "formats", "picture", "convert", "python"]  # each may include itself and those before it
+LAYERS = ["core", "formats", "picture", "viewer", "convert", "python"]  # each may include itself and those before it
 # What core may not touch at all: files, streams, the environment, the command line's and the formats' libraries.
 CORE_FORBIDDEN = re.compile(
     r"#include <(iostream|fstream|sstream|ostream|istream|filesystem|cstdio|stdio\.h|unistd\.h|fcntl\.h|CLI/|draco/|tiny_gltf|nlohmann/)"
