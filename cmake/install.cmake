@@ -7,6 +7,15 @@ install(TARGETS core formats EXPORT diesink-targets
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diesink COMPONENT development)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/NOTICE
   DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+# Each Debian package carries its own.
+foreach(package IN ITEMS "program diesink" "development libdiesink-dev" "python python3-diesink")
+  separate_arguments(package)
+  list(GET package 0 component)
+  list(GET package 1 name)
+  if(NOT component STREQUAL "python" OR DIESINK_BUILD_PYTHON)
+    install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright COMPONENT ${component})
+  endif()
+endforeach()
 
 if(NOT CMAKE_CROSSCOMPILING)
   set(pages ${PROJECT_BINARY_DIR}/pages)

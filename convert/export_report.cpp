@@ -6,24 +6,11 @@
 #include <string_view>
 
 #include "convert/point_text.h"
+#include "formats/element_runs.h"
 #include "formats/json_writer.h"
 
 namespace diesink {
 namespace {
-
-std::string_view word_of(CurveKind kind) {
-  switch (kind) {
-    case CurveKind::kCrease:
-      return "crease";
-    case CurveKind::kEdge:
-      return "edge";
-    case CurveKind::kJump:
-      return "jump";
-    case CurveKind::kOther:
-      break;
-  }
-  return "other";
-}
 
 void write_elements(JsonWriter& json, const TessellationReport& report) {
   json.key("elements").begin_array();
@@ -46,7 +33,7 @@ void write_elements(JsonWriter& json, const TessellationReport& report) {
 void write_curves(JsonWriter& json, const TessellationReport& report) {
   json.key("curves").begin_array();
   for (const CurveReport& each : report.curves) {
-    json.begin_object().field("kind", word_of(each.kind)).key("between").begin_array();
+    json.begin_object().field("kind", name_of(each.kind)).key("between").begin_array();
     for (const std::string& name : each.between) {
       if (!name.empty()) json.value(name);
     }
@@ -115,9 +102,8 @@ std::string to_json(const ExportReport& report, bool run) {
       .field("watertight", surface.watertight);
   json.key("domain").begin_array();
   for (const double each : surface.domain) json.value(each);
-  json.end_array().key("bounds").begin_array();
-  for (const Vec3& corner : surface.bounds) write_point(json, corner);
   json.end_array();
+  write_bounds(json, surface.bounds);
   write_elements(json, surface);
   write_curves(json, surface);
   if (run) {

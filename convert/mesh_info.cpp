@@ -73,13 +73,8 @@ std::string mesh_info_json(const MeshFile& file, const MeshTopology& topology,
       .field("watertight", topology.watertight)
       .field("area", topology.area)
       .field("volume", topology.volume);
-  json.key("bounds").begin_array();
-  for (const Vec3& corner : topology.bounds) {
-    write_point(json, corner);
-  }
-  json.end_array()
-      .field("units", diesink::name_of(file.mesh.unit))
-      .field("up", name_of(file.mesh.up));
+  write_bounds(json, topology.bounds);
+  json.field("units", diesink::name_of(file.mesh.unit)).field("up", name_of(file.mesh.up));
   json.key("names").begin_array();
   for (const MeshElement& each : file.mesh.elements) {
     if (!each.name.empty()) json.value(each.name);

@@ -14,4 +14,10 @@ void write_point(JsonWriter& json, const Vec3& point) {
   json.begin_array().value(point.x()).value(point.y()).value(point.z()).end_array();
 }
 
+void write_bounds(JsonWriter& json, std::span<const Vec3, 2> corners) {
+  json.key("bounds").begin_array();
+  for (const Vec3& corner : corners) write_point(json, corner);
+  json.end_array();
+}
+
 }  // namespace diesink

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "core/vec.h"
@@ -14,5 +15,8 @@ std::string point_text(const Vec3& point);
 
 // [1,2.5,-3]
 void write_point(JsonWriter& json, const Vec3& point);
+
+// "bounds":[[0,0,0],[1,2.5,3]], the low corner first
+void write_bounds(JsonWriter& json, std::span<const Vec3, 2> corners);
 
 }  // namespace diesink

@@ -26,6 +26,7 @@ tests=(
   libopenmesh-dev      # second reader and writer of the same, peer of the STL reader in bench
   python3              # drives the program
   pybind11-dev python3-dev python3-numpy python3-pytest # the Python module and its tests
+  dpkg-dev             # dependencies of the packages
   locales              # a locale with a decimal comma
 )
 # The second readers of glTF (tests/formats/npm) run on any Node.js with npm.

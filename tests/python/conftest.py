@@ -2,28 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
+import sys
 
 import pytest
 
 import diesink
 
-PARTS = pathlib.Path(os.environ["DIESINK_SOURCE_DIR"]) / "fixtures/parts"
+SOURCE = pathlib.Path(os.environ["DIESINK_SOURCE_DIR"])
+PARTS = SOURCE / "fixtures/parts"
+sys.path.append(str(SOURCE / "tests/convert"))
+import program  # noqa: E402
 
-# A plane with a hemisphere of radius 3 on it.
-BALL = """SOLID-DEF
-S1,SPHER,1
-P1,5,5,0
-RAD,3
-BSURF-DEF
-PLANE,0
-BOOLE-DEF
-B+S1
-MACHI-DEF
-X-RNG,0,10
-Y-RNG,0,10
-X-INT,.5
-Y-INT,.5
-"""
+BALL = program.BALL.format(extra="X-INT,.5\nY-INT,.5\n")
 
 
 @pytest.fixture(scope="session")

@@ -1,12 +1,11 @@
 """The Python of the docs runs as it stands there."""
 # SPDX-License-Identifier: Apache-2.0
-import os
-import pathlib
 import re
 
 import pytest
 
-SOURCE = pathlib.Path(os.environ["DIESINK_SOURCE_DIR"])
+from conftest import SOURCE
+
 PAGES = [page for page in [SOURCE / "README.md", *sorted((SOURCE / "docs").glob("*.md"))] if "```python\n" in page.read_text()]
 
 
