@@ -3,6 +3,8 @@
 #include "convert/mesh_input.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 #include "convert/arguments.h"
 #include "convert/memory_limit.h"
@@ -32,8 +34,10 @@ namespace {
 // Needs a MemoryLimit in force.
 Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string& path,
                             const MeshInputOptions& options, const CommonOptions& common,
-                            Diagnostics& diagnostics) {
+                            Diagnostics& diagnostics,
+                            std::function<void(std::size_t)> done_with = {}) {
   ReadOptions read;
+  read.done_with = std::move(done_with);
   read.threads = common.threads;
   read.max_memory = max_memory_of(options);
   if (options.max_triangles) {
@@ -54,9 +58,10 @@ Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string&
 Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
                            const CommonOptions& common, Diagnostics& diagnostics) {
   const MemoryLimit limit(max_memory_of(options));
-  const Result<InputBytes> file = read_file(path, max_bytes_of(options));
+  Result<InputBytes> file = read_file(path, max_bytes_of(options));
   if (!file) return {std::nullopt, report(file.error())};
-  return parse_mesh(file->bytes(), path, options, common, diagnostics);
+  return parse_mesh(file->bytes(), path, options, common, diagnostics,
+                    [&](std::size_t count) { file->forget(count); });
 }
 
 Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,

@@ -33,6 +33,11 @@ void ByteWriter::flush() {
 }
 
 ByteWriter& ByteWriter::operator<<(std::string_view text) {
+  if (text.size() >= kBuffer) {
+    flush();
+    if (status_) status_ = sink_.put(std::as_bytes(std::span(text)));
+    return *this;
+  }
   while (!text.empty()) {
     char* const at = room(1);
     const std::size_t part = std::min(text.size(), kBuffer - used_);

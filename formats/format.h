@@ -30,6 +30,9 @@ struct ReadOptions {
   // Text from this size on is read by all threads; for tests smaller.
   std::size_t parallel_bytes = std::size_t{16} << 20;
   bool weld = true;  // exact weld of equal positions in formats without sharing (STL)
+  // Told, now and then, how many bytes at the start will not be looked at again: whoever holds them
+  // may let them go. May be empty.
+  std::function<void(std::size_t)> done_with;
 };
 
 struct WriteOptions {

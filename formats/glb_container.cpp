@@ -25,6 +25,16 @@ Place place(const std::string& file, std::size_t at) {
 
 }  // namespace
 
+Result<std::uint32_t> glb_size(std::uint64_t json, std::uint64_t buffer) {
+  const std::uint64_t size =
+      kHeader + kChunkHeader + json + (buffer > 0 ? kChunkHeader + buffer : 0);
+  if (size <= 0xFFFFFFFFu) return static_cast<std::uint32_t>(size);
+  return Error{ErrorCode::kUnsupported,
+               "a GLB holds at most 4294967295 bytes and this mesh needs " + std::to_string(size) +
+                   "; write .gltf, .ply or .stl",
+               {}};
+}
+
 Result<GlbParts> split_glb(std::span<const std::byte> bytes, const std::string& file,
                            Diagnostics& diagnostics) {
   const auto wrong = [&file](std::string what, std::size_t at) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -16,6 +17,11 @@ struct GlbParts {
   std::span<const std::byte> buffer;
   bool has_buffer = false;
 };
+
+// The size of a GLB of this much JSON, padded to four bytes, and buffer.
+// Errors: kUnsupported above 4294967295 bytes, which is what its 32-bit lengths can tell; the
+// message names formats that hold more.
+Result<std::uint32_t> glb_size(std::uint64_t json, std::uint64_t buffer);
 
 // Splits the file; nothing is copied.
 // Errors: kInput with the byte where lengths, order, alignment or version are wrong. Bytes after

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "formats/byte_sink.h"
+#include "formats/glb_container.h"
 #include "formats/gltf_read.h"
 #include "formats/gltf_text.h"
 #include "formats/registry.h"
@@ -33,13 +34,8 @@ Result<WrittenMesh> stream_glb(const TriangleMesh& mesh, const WriteOptions& opt
   if (!text) return text.error();
   text->resize(aligned(text->size()), ' ');
   const std::size_t buffer = layout->buffer_size;
-  const std::size_t size = 12 + 8 + text->size() + (buffer > 0 ? 8 + buffer : 0);
-  if (size > 0xFFFFFFFFu) {
-    return Error{ErrorCode::kOutput,
-                 "a GLB holds at most 4294967295 bytes and this mesh needs " +
-                     std::to_string(size) + "; write .gltf, .ply or .stl",
-                 {}};
-  }
+  const Result<std::uint32_t> size = glb_size(text->size(), buffer);
+  if (!size) return size.error();
   const Result<ByteSink*> sink = files.file("");
   if (!sink) return sink.error();
   ByteWriter out(**sink);
@@ -48,7 +44,7 @@ Result<WrittenMesh> stream_glb(const TriangleMesh& mesh, const WriteOptions& opt
   };
   out << "glTF";
   put_word(2);
-  put_word(size);
+  put_word(*size);
   put_word(text->size());
   out << "JSON" << *text;
   if (buffer > 0) {
@@ -163,42 +159,35 @@ bool looks_like_gltf(std::span<const std::byte> bytes) {
 constexpr std::array<std::string_view, 1> kGltfExtensions{".gltf"};
 constexpr std::array<std::string_view, 1> kGlbExtensions{".glb"};
 
+// The row of one of the two forms.
+constexpr Format form(std::string_view id, std::string_view title,
+                      std::span<const std::string_view> extensions,
+                      decltype(Format::matches) matches, decltype(Format::write) write,
+                      decltype(Format::stream) stream, std::string_view remarks) {
+  return {.id = id,
+          .title = title,
+          .extensions = extensions,
+          .positions = Keeps::kFloat32,
+          .names = Keeps::kYes,
+          .colors = Keeps::kYes,
+          .normals = Keeps::kFloat32,
+          .lines = Keeps::kYes,
+          .units = Keeps::kYes,
+          .sharing = Keeps::kYes,
+          .matches = matches,
+          .read = read_gltf,
+          .write = write,
+          .stream = stream,
+          .remarks = remarks};
+}
+
 }  // namespace
 
-const Format kGltf{
-    .id = "gltf",
-    .title = "glTF 2.0 with a .bin beside it",
-    .extensions = kGltfExtensions,
-    .positions = Keeps::kFloat32,
-    .names = Keeps::kYes,
-    .colors = Keeps::kYes,
-    .normals = Keeps::kFloat32,
-    .lines = Keeps::kYes,
-    .units = Keeps::kYes,
-    .sharing = Keeps::kYes,
-    .matches = looks_like_gltf,
-    .read = read_gltf,
-    .write = write_gltf,
-    .stream = stream_gltf,
-    .remarks = "metres and Y up by the root node's matrix; Draco",
-};
-
-const Format kGlb{
-    .id = "glb",
-    .title = "glTF 2.0 in one binary file",
-    .extensions = kGlbExtensions,
-    .positions = Keeps::kFloat32,
-    .names = Keeps::kYes,
-    .colors = Keeps::kYes,
-    .normals = Keeps::kFloat32,
-    .lines = Keeps::kYes,
-    .units = Keeps::kYes,
-    .sharing = Keeps::kYes,
-    .matches = looks_like_glb,
-    .read = read_gltf,
-    .write = write_glb,
-    .stream = stream_glb,
-    .remarks = "metres and Y up by the root node's matrix; Draco; at most 4 GiB",
-};
+const Format kGltf =
+    form("gltf", "glTF 2.0 with a .bin beside it", kGltfExtensions, looks_like_gltf, write_gltf,
+         stream_gltf, "metres and Y up by the root node's matrix; Draco");
+const Format kGlb =
+    form("glb", "glTF 2.0 in one binary file", kGlbExtensions, looks_like_glb, write_glb,
+         stream_glb, "metres and Y up by the root node's matrix; Draco; at most 4 GiB");
 
 }  // namespace diesink

@@ -80,7 +80,7 @@ DracoSource source_of(const TriangleMesh& mesh, const GltfLayout& layout,
   DracoSource source;
   source.coordinates = layout.coordinates;
   source.position = std::span(primitive.position, primitive.vertex_count);
-  if (primitive.normal != nullptr) {
+  if (primitive.with_normals) {
     source.normals = layout.normals;
     source.normal = std::span(primitive.normal, primitive.vertex_count);
   }

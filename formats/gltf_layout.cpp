@@ -21,52 +21,67 @@ constexpr double kLargestCoordinate = 1e9;
 
 std::size_t aligned(std::size_t size) { return (size + 3) & ~std::size_t{3}; }
 
-// The positions as floats about the frame's offset, and how far that moves them.
-Status set_coordinates(const TriangleMesh& mesh, GltfLayout& layout) {
-  layout.coordinates.resize(mesh.positions.size());
+// A position as the file has it, about the frame's offset.
+Float3 float_position(const Vec3& p, const Vec3& offset) {
+  // Adding zero turns -0 into 0: one spelling for one point.
+  return {static_cast<float>(p.x() - offset.x()) + 0.0f,
+          static_cast<float>(p.y() - offset.y()) + 0.0f,
+          static_cast<float>(p.z() - offset.z()) + 0.0f};
+}
+
+// Checks the positions, and finds how far floats move them.
+Status measure_positions(const TriangleMesh& mesh, GltfLayout& layout) {
   const Vec3 offset = layout.frame.offset;
   double worst = 0;
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    const Vec3& p = mesh.positions[i];
+  bool all_within = true;
+  for (const Vec3& p : mesh.positions) {
+    const Float3 f = float_position(p, offset);
     double squared = 0;
-    bool within = true;
     for (int k = 0; k < 3; ++k) {
-      within = within && std::abs(p[k]) <= kLargestCoordinate;  // false for NaN
-      // Adding zero turns -0 into 0: one spelling for one point.
-      const float f = static_cast<float>(p[k] - offset[k]) + 0.0f;
-      layout.coordinates[i][static_cast<std::size_t>(k)] = f;
-      const double error = static_cast<double>(f) + offset[k] - p[k];
+      all_within &= std::abs(p[k]) <= kLargestCoordinate;  // false for NaN
+      const double error = static_cast<double>(f[static_cast<std::size_t>(k)]) + offset[k] - p[k];
       squared += error * error;
     }
-    if (!within) {
-      return Error{
-          ErrorCode::kInput,
-          "vertex " + std::to_string(i) + " has a coordinate that is not finite or beyond 1e9",
-          {}};
-    }
     worst = std::max(worst, squared);
+  }
+  if (!all_within) {
+    const auto within = [](const Vec3& p) {
+      return std::abs(p.x()) <= kLargestCoordinate && std::abs(p.y()) <= kLargestCoordinate &&
+             std::abs(p.z()) <= kLargestCoordinate;
+    };
+    const auto first = std::find_if_not(mesh.positions.begin(), mesh.positions.end(), within);
+    return Error{ErrorCode::kInput,
+                 "vertex " + std::to_string(first - mesh.positions.begin()) +
+                     " has a coordinate that is not finite or beyond 1e9",
+                 {}};
   }
   layout.deviation = std::sqrt(worst);
   return ok();
 }
 
-// Unit normals as floats; a note tells of those that had no direction.
-void set_normals(const TriangleMesh& mesh, GltfLayout& layout) {
-  std::size_t without = 0;
-  layout.normals.resize(mesh.normals.size());
-  for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
-    Vec3 n = mesh.normals[i];
-    const double length = n.norm();
-    if (!(length > 0) || !std::isfinite(length)) {
-      n = Vec3::UnitZ();
-      ++without;
-    } else if (std::abs(length - 1) > 1e-3) {
-      n /= length;
-    }
-    for (int k = 0; k < 3; ++k) {
-      layout.normals[i][static_cast<std::size_t>(k)] = static_cast<float>(n[k]) + 0.0f;
-    }
-  }
+// Whether it is a unit vector to a thousandth, which stays as it is.
+bool is_unit(const Vec3& n) { return std::abs(n.squaredNorm() - 1) <= 2e-3; }
+
+bool has_direction(const Vec3& n) {
+  const double length = n.norm();
+  return length > 0 && std::isfinite(length);
+}
+
+// A normal as the file has it, of unit length.
+Float3 turned_to_unit(const Vec3& n) {
+  return float_position(has_direction(n) ? Vec3(n / n.norm()) : Vec3(Vec3::UnitZ()), Vec3::Zero());
+}
+inline Float3 float_normal(const Vec3& n) {
+  if (!is_unit(n)) [[unlikely]]
+    return turned_to_unit(n);
+  return {static_cast<float>(n.x()) + 0.0f, static_cast<float>(n.y()) + 0.0f,
+          static_cast<float>(n.z()) + 0.0f};
+}
+
+void note_lost_normals(const TriangleMesh& mesh, GltfLayout& layout) {
+  const std::ptrdiff_t without =
+      std::count_if(mesh.normals.begin(), mesh.normals.end(),
+                    [](const Vec3& n) { return !is_unit(n) && !has_direction(n); });
   if (without > 0) {
     layout.notes.push_back(std::to_string(without) +
                            " normals without a direction are written as 0 0 1");
@@ -97,6 +112,10 @@ void note_left_out(const TriangleMesh& mesh, GltfLayout& layout) {
   const std::size_t count = mesh.positions.size();
   if (layout.split.used_positions == count) return;
   std::vector<bool> used(count, false);
+  for (const SplitPrimitive& part : layout.split.primitives) {
+    const auto first = used.begin() + part.first_vertex;
+    if (part.as_given) std::fill(first, first + part.vertex_count, true);
+  }
   for (const std::uint32_t position : layout.split.position) used[position] = true;
   for (const std::uint32_t position : layout.lines.position) used[position] = true;
   const std::ptrdiff_t left_out = std::count(used.begin(), used.end(), false);
@@ -111,9 +130,15 @@ void set_primitives(const TriangleMesh& mesh, GltfLayout& layout) {
   for (const SplitPrimitive& part : split.primitives) {
     GltfPrimitive primitive;
     primitive.element = part.element;
-    primitive.indices = split.triangles[part.first_triangle].data();
-    primitive.position = split.position.data() + part.first_vertex;
-    if (!split.normal.empty()) primitive.normal = split.normal.data() + part.first_vertex;
+    primitive.with_normals = layout.with_normals;
+    if (part.as_given) {
+      primitive.base = part.first_vertex;
+      primitive.indices = mesh.triangles[part.first_triangle].data();
+    } else {
+      primitive.indices = split.triangles[part.first_triangle].data();
+      primitive.position = split.position.data() + part.first_vertex;
+      if (primitive.with_normals) primitive.normal = split.normal.data() + part.first_vertex;
+    }
     primitive.colored = !mesh.vertex_colors.empty();
     primitive.vertex_count = part.vertex_count;
     primitive.index_count = 3 * part.triangle_count;
@@ -130,23 +155,42 @@ void set_primitives(const TriangleMesh& mesh, GltfLayout& layout) {
   }
 }
 
-void set_bounds(const std::vector<Float3>& coordinates, GltfPrimitive& primitive) {
-  primitive.low = primitive.high = coordinates[primitive.position[0]];
-  for (std::size_t v = 0; v < primitive.vertex_count; ++v) {
-    const Float3& p = coordinates[primitive.position[v]];
-    for (std::size_t k = 0; k < 3; ++k) {
-      primitive.low[k] = std::min(primitive.low[k], p[k]);
-      primitive.high[k] = std::max(primitive.high[k], p[k]);
-    }
+// Calls `use` with what gives the positions of the primitive's vertices as the file has them.
+template <class Use>
+void for_positions(const GltfLayout& layout, const TriangleMesh& mesh,
+                   const GltfPrimitive& primitive, Use use) {
+  if (!layout.coordinates.empty()) {
+    use([&](std::size_t v) { return layout.coordinates[primitive.position_of(v)]; });
+  } else if (primitive.position == nullptr) {
+    use([first = mesh.positions.data() + primitive.base,
+         offset = layout.frame.offset](std::size_t v) { return float_position(first[v], offset); });
+  } else {
+    use([all = mesh.positions.data(), number = primitive.position, offset = layout.frame.offset](
+            std::size_t v) { return float_position(all[number[v]], offset); });
   }
 }
 
+void set_bounds(const GltfLayout& layout, const TriangleMesh& mesh, GltfPrimitive& primitive) {
+  for_positions(layout, mesh, primitive, [&](auto position) {
+    Float3 low = position(0), high = low;
+    for (std::size_t v = 1; v < primitive.vertex_count; ++v) {
+      const Float3 p = position(v);
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], p[k]);
+        high[k] = std::max(high[k], p[k]);
+      }
+    }
+    primitive.low = low;
+    primitive.high = high;
+  });
+}
+
 // Gives every view, and every primitive in it, a place.
-void set_places(GltfLayout& layout) {
+void set_places(const TriangleMesh& mesh, GltfLayout& layout) {
   auto& views = layout.views;
   for (GltfPrimitive& primitive : layout.primitives) {
     if (primitive.blob >= 0) continue;
-    set_bounds(layout.coordinates, primitive);
+    set_bounds(layout, mesh, primitive);
     const auto place = [&views](GltfViewKind kind, std::size_t size) {
       const std::size_t at = views[kind].size;
       views[kind].size += size;
@@ -155,7 +199,7 @@ void set_places(GltfLayout& layout) {
     primitive.index_at = primitive.short_indices() ? place(kShortIndices, 2 * primitive.index_count)
                                                    : place(kLongIndices, 4 * primitive.index_count);
     primitive.position_at = place(kPositions, primitive.vertex_count * sizeof(Float3));
-    if (primitive.normal != nullptr) {
+    if (primitive.with_normals) {
       primitive.normal_at = place(kNormals, primitive.vertex_count * sizeof(Float3));
     }
     if (primitive.colored) {
@@ -174,15 +218,16 @@ void set_places(GltfLayout& layout) {
   }
 }
 
-// Writes values of `size` bytes through the writer's own buffer, a block at a time.
-template <class Put>
-void put_values(ByteWriter& out, std::size_t count, std::size_t size, Put put) {
-  const std::size_t block = ByteWriter::kBuffer / 4 / size;
-  for (std::size_t begin = 0; begin < count; begin += block) {
-    const std::size_t end = std::min(count, begin + block);
-    char* at = out.room((end - begin) * size);
-    for (std::size_t i = begin; i < end; ++i, at += size) put(i, at);
-    out.wrote(at);
+// Writes `count` values of a kind, block by block: a block on the stack is nobody else's, which
+// lets the compiler take several values at a time.
+template <class Value, class Get>
+void put_values(ByteWriter& out, std::size_t count, Get get) {
+  constexpr std::size_t kBlock = 2048;
+  std::array<Value, kBlock> block;
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t size = std::min(count - begin, kBlock);
+    for (std::size_t i = 0; i < size; ++i) block[i] = get(begin + i);
+    out << std::string_view(reinterpret_cast<const char*>(block.data()), size * sizeof(Value));
   }
 }
 
@@ -192,36 +237,43 @@ void put_padding(ByteWriter& out, std::size_t size) {
 
 void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind kind,
               const GltfPrimitive& primitive, ByteWriter& out) {
-  const std::size_t vertices = primitive.vertex_count;
+  const std::uint32_t* const indices = primitive.indices;
+  const std::uint32_t base = primitive.position == nullptr ? primitive.base : 0;
   switch (kind) {
     case kShortIndices:
       if (!primitive.short_indices()) break;
-      put_values(out, primitive.index_count, 2, [&](std::size_t i, char* at) {
-        const std::uint16_t index = static_cast<std::uint16_t>(primitive.indices[i]);
-        std::memcpy(at, &index, 2);
+      put_values<std::uint16_t>(out, primitive.index_count, [=](std::size_t i) {
+        return static_cast<std::uint16_t>(indices[i] - base);
       });
       break;
     case kLongIndices:
       if (primitive.short_indices()) break;
-      put_values(out, primitive.index_count, 4,
-                 [&](std::size_t i, char* at) { std::memcpy(at, &primitive.indices[i], 4); });
+      put_values<std::uint32_t>(out, primitive.index_count,
+                                [=](std::size_t i) { return indices[i] - base; });
       break;
     case kPositions:
-      put_values(out, vertices, sizeof(Float3), [&](std::size_t v, char* at) {
-        std::memcpy(at, layout.coordinates[primitive.position[v]].data(), sizeof(Float3));
+      for_positions(layout, mesh, primitive, [&](auto position) {
+        put_values<Float3>(out, primitive.vertex_count, position);
       });
       break;
     case kNormals:
-      if (primitive.normal == nullptr) break;
-      put_values(out, vertices, sizeof(Float3), [&](std::size_t v, char* at) {
-        std::memcpy(at, layout.normals[primitive.normal[v]].data(), sizeof(Float3));
-      });
+      if (!primitive.with_normals) break;
+      if (primitive.normal == nullptr) {
+        put_values<Float3>(out, primitive.vertex_count,
+                           [first = mesh.normals.data() + primitive.base](std::size_t v) {
+                             return float_normal(first[v]);
+                           });
+      } else {
+        put_values<Float3>(out, primitive.vertex_count,
+                           [all = mesh.normals.data(), number = primitive.normal](std::size_t v) {
+                             return float_normal(all[number[v]]);
+                           });
+      }
       break;
     case kColors:
       if (!primitive.colored) break;
-      put_values(out, vertices, sizeof(LinearColor), [&](std::size_t v, char* at) {
-        const LinearColor color = linear_of(mesh.vertex_colors[primitive.position[v]]);
-        std::memcpy(at, color.data(), sizeof(LinearColor));
+      put_values<LinearColor>(out, primitive.vertex_count, [&](std::size_t v) {
+        return linear_of(mesh.vertex_colors[primitive.position_of(v)]);
       });
       break;
     case kViewKinds:
@@ -234,22 +286,30 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
 Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options) {
   GltfLayout layout;
   layout.frame = frame_for(mesh);
-  if (Status status = set_coordinates(mesh, layout); !status) return status.error();
+  if (Status status = measure_positions(mesh, layout); !status) return status.error();
   const bool with_normals =
       options.normals && !mesh.normals.empty() && !mesh.corner_normals.empty();
-  auto split = split_by_element(mesh, with_normals);
+  auto split = split_by_element(mesh, with_normals, !options.draco);
   if (!split) return split.error();
   layout.split = std::move(*split);
-  if (with_normals) set_normals(mesh, layout);
+  layout.with_normals = with_normals;
+  if (with_normals) note_lost_normals(mesh, layout);
   if (options.lines) {
     if (Status status = set_lines(mesh, layout.lines); !status) return status.error();
   }
   note_left_out(mesh, layout);
   set_primitives(mesh, layout);
   if (options.draco) {
+    for (const Vec3& p : mesh.positions) {
+      layout.coordinates.push_back(float_position(p, layout.frame.offset));
+    }
+    if (with_normals) {
+      for (const Vec3& n : mesh.normals) layout.normals.push_back(float_normal(n));
+    }
     if (Status status = compress(mesh, options, layout); !status) return status.error();
+    layout.normals = {};
   }
-  set_places(layout);
+  set_places(mesh, layout);
   return layout;
 }
 

@@ -35,15 +35,19 @@ enum GltfViewKind { kShortIndices, kLongIndices, kPositions, kNormals, kColors, 
 struct GltfPrimitive {
   bool lines = false;
   std::uint32_t element = MeshCurve::kNoElement;
-  const std::uint32_t* indices = nullptr;
+  const std::uint32_t* indices = nullptr;   // of vertices, each with `base` added
   const std::uint32_t* position = nullptr;  // index into the coordinates, one a vertex
-  const std::uint32_t* normal = nullptr;    // index into the normals, or null
-  bool colored = false;
+  const std::uint32_t* normal = nullptr;    // index into the normals, one a vertex
+  std::uint32_t base = 0;  // where `position` is null vertex v has position and normal base + v
+  bool with_normals = false, colored = false;
   std::size_t vertex_count = 0, index_count = 0;
   std::array<float, 3> low{}, high{};  // exact bounds of the positions
   std::size_t index_at = 0, position_at = 0, normal_at = 0, color_at = 0;  // within their views
   int blob = -1;  // index into blobs, or -1
 
+  [[nodiscard]] std::size_t position_of(std::size_t v) const {
+    return position == nullptr ? base + v : position[v];
+  }
   // 65535 itself restarts a primitive, so that many vertices need longer indices.
   [[nodiscard]] bool short_indices() const { return vertex_count < 65535; }
 };
@@ -51,8 +55,11 @@ struct GltfPrimitive {
 // Needs: the mesh it was made from outlives it.
 struct GltfLayout {
   RootFrame frame;
-  std::vector<std::array<float, 3>> coordinates;  // of each position, less the frame's offset
-  std::vector<std::array<float, 3>> normals;      // unit length; empty without normals
+  // With Draco: each position on its grid, less the frame's offset, and each normal, of unit length
+  // (while it is compressed). Else both are made of the mesh's as they are written.
+  std::vector<std::array<float, 3>> coordinates;
+  std::vector<std::array<float, 3>> normals;
+  bool with_normals = false;
   SplitMesh split;
   GltfLines lines;
   std::vector<GltfPrimitive> primitives;

@@ -2,14 +2,41 @@
 #include "formats/gltf_split.h"
 
 #include <algorithm>
+#include <cstring>
+#include <optional>
+#include <span>
 #include <string>
 
 namespace diesink {
 namespace {
 
+using Triangle = std::array<std::uint32_t, 3>;
+
 Error wrong(std::string what) { return Error{ErrorCode::kInput, std::move(what), {}}; }
 
-// Whether every array has its length and every index is in range.
+// The numbers of the triangles one after the other.
+std::span<const std::uint32_t> flat(std::span<const Triangle> triangles) {
+  return triangles.empty() ? std::span<const std::uint32_t>{}
+                           : std::span(triangles.front().data(), 3 * triangles.size());
+}
+
+// Whether the numbers are below `count`; `first`: how many triangles the mesh has before these.
+Status check_range(std::span<const Triangle> triangles, std::size_t first, std::size_t count,
+                   const char* what) {
+  // All at once, which is fast; one by one only to say which.
+  std::uint32_t most = 0;
+  for (const std::uint32_t corner : flat(triangles)) most = std::max(most, corner);
+  if (triangles.empty() || most < count) return ok();
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (*std::max_element(triangles[t].begin(), triangles[t].end()) >= count) {
+      return wrong("triangle " + std::to_string(first + t) + " has a " + what + " beyond the " +
+                   std::to_string(count) + " of the mesh");
+    }
+  }
+  return ok();
+}
+
+// Whether every array has its length and every element is there.
 Status check(const TriangleMesh& mesh, bool with_normals) {
   const std::size_t triangle_count = mesh.triangles.size();
   if (!mesh.triangle_element.empty() && mesh.triangle_element.size() != triangle_count) {
@@ -24,23 +51,6 @@ Status check(const TriangleMesh& mesh, bool with_normals) {
   if (!mesh.vertex_colors.empty() && mesh.vertex_colors.size() != mesh.positions.size()) {
     return wrong("the mesh has " + std::to_string(mesh.vertex_colors.size()) +
                  " vertex colours, expected " + std::to_string(mesh.positions.size()));
-  }
-  const std::size_t positions = mesh.positions.size();
-  for (std::size_t t = 0; t < triangle_count; ++t) {
-    const auto& corner = mesh.triangles[t];
-    if (std::max({corner[0], corner[1], corner[2]}) >= positions) {
-      return wrong("triangle " + std::to_string(t) + " has a vertex beyond the " +
-                   std::to_string(positions) + " of the mesh");
-    }
-  }
-  if (with_normals) {
-    for (std::size_t t = 0; t < triangle_count; ++t) {
-      const auto& corner = mesh.corner_normals[t];
-      if (std::max({corner[0], corner[1], corner[2]}) >= mesh.normals.size()) {
-        return wrong("triangle " + std::to_string(t) + " has a normal beyond the " +
-                     std::to_string(mesh.normals.size()) + " of the mesh");
-      }
-    }
   }
   for (const std::uint32_t element : mesh.triangle_element) {
     if (element >= std::max<std::size_t>(mesh.elements.size(), 1)) {
@@ -67,31 +77,28 @@ std::vector<std::uint32_t> order_by_element(const TriangleMesh& mesh,
 // The vertices made so far for each position, all within one primitive.
 class CornerTable {
  public:
-  explicit CornerTable(std::size_t positions) : head_(positions) {}
+  explicit CornerTable(std::size_t positions) : heads_(positions) {}
 
-  // Forgets the vertices of the last primitive.
-  void next_primitive() {
-    ++primitive_;
+  // Forgets the vertices of the last primitive, those below `first`.
+  void next_primitive(std::uint32_t first) {
+    first_ = first;
     more_.clear();
   }
 
-  // The vertex of this corner, or `fresh` where it is new (then `is_new` is set).
-  std::uint32_t vertex(std::uint32_t position, std::uint32_t normal, std::uint32_t fresh,
-                       bool& is_new) {
-    Head& head = head_[position];
-    if (head.primitive != primitive_) {
-      if (head.primitive == 0) ++used_;
-      head = {primitive_, normal, fresh, kEnd};
-      is_new = true;
+  // The vertex of this corner; `fresh` where there was none.
+  std::uint32_t vertex(std::uint32_t position, std::uint32_t normal, std::uint32_t fresh) {
+    Head& head = heads_[position];
+    if (head.after <= first_) {
+      if (head.after == 0) ++used_;
+      head = {normal, fresh + 1, kEnd};
       return fresh;
     }
-    if (head.normal == normal) return head.vertex;
+    if (head.normal == normal) return head.after - 1;
     for (std::uint32_t at = head.more; at != kEnd; at = more_[at].more) {
-      if (more_[at].normal == normal) return more_[at].vertex;
+      if (more_[at].normal == normal) return more_[at].after - 1;
     }
-    more_.push_back({normal, fresh, head.more});
+    more_.push_back({normal, fresh + 1, head.more});
     head.more = static_cast<std::uint32_t>(more_.size() - 1);
-    is_new = true;
     return fresh;
   }
 
@@ -100,20 +107,51 @@ class CornerTable {
  private:
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
   struct Head {
-    std::uint32_t primitive = 0, normal = 0, vertex = 0, more = kEnd;
+    std::uint32_t normal = 0, after = 0, more = kEnd;  // `after`: the vertex and one
   };
-  struct More {
-    std::uint32_t normal, vertex, more;
-  };
-  std::vector<Head> head_;
-  std::vector<More> more_;       // further normals at a position, chained
-  std::uint32_t primitive_ = 0;  // from 1
+  std::vector<Head> heads_;
+  std::vector<Head> more_;  // further normals at a position, chained
+  std::uint32_t first_ = 0;
   std::size_t used_ = 0;
+};
+
+// Whether the triangles use a run of positions, every one of it, and their corners' normals have
+// the positions' numbers: then nothing needs numbers of its own.
+class RunFinder {
+ public:
+  // `count`: how many positions, and normals, there are.
+  explicit RunFinder(std::size_t count) : seen_(count, 0) {}
+
+  bool find(std::span<const Triangle> triangles, std::span<const Triangle> normals,
+            SplitPrimitive& primitive) {
+    if (!normals.empty() &&
+        std::memcmp(triangles.data(), normals.data(), triangles.size_bytes()) != 0) {
+      return false;
+    }
+    std::uint32_t low = 0xFFFFFFFFu, high = 0;
+    for (const std::uint32_t v : flat(triangles)) {
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
+    const std::size_t count = std::size_t{high} - low + 1;
+    if (high >= seen_.size() || count > 3 * triangles.size()) return false;
+    const auto begin = seen_.begin() + low, end = begin + static_cast<std::ptrdiff_t>(count);
+    std::fill(begin, end, std::uint8_t{0});
+    for (const std::uint32_t v : flat(triangles)) seen_[v] = 1;
+    if (std::find(begin, end, std::uint8_t{0}) != end) return false;
+    primitive.as_given = true;
+    primitive.first_vertex = low;
+    primitive.vertex_count = static_cast<std::uint32_t>(count);
+    return true;
+  }
+
+ private:
+  std::vector<std::uint8_t> seen_;
 };
 
 }  // namespace
 
-Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals) {
+Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, bool runs) {
   if (Status status = check(mesh, with_normals); !status) return status.error();
   SplitMesh split;
   const std::size_t triangle_count = mesh.triangles.size();
@@ -129,36 +167,72 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals) 
   }
   const std::vector<std::uint32_t> order = order_by_element(mesh, first);
 
-  split.triangles.resize(triangle_count);
-  split.position.reserve(mesh.positions.size() + mesh.positions.size() / 8);
-  if (with_normals) split.normal.reserve(split.position.capacity());
-  CornerTable table(mesh.positions.size());
+  std::optional<RunFinder> finder;
+  if (runs && order.empty()) {
+    const std::size_t normals = with_normals ? mesh.normals.size() : mesh.positions.size();
+    finder.emplace(std::min(mesh.positions.size(), normals));
+  }
+  const auto check_indices = [&](std::size_t begin, std::size_t end) {
+    const auto part = [&](const std::vector<Triangle>& of) {
+      return std::span(of).subspan(begin, end - begin);
+    };
+    Status found = check_range(part(mesh.triangles), begin, mesh.positions.size(), "vertex");
+    if (found && with_normals) {
+      found = check_range(part(mesh.corner_normals), begin, mesh.normals.size(), "normal");
+    }
+    return found;
+  };
+  if (!order.empty()) {
+    if (Status found = check_indices(0, triangle_count); !found) return found.error();
+  }
+  std::optional<CornerTable> table;
   for (std::size_t e = 0; e < element_count; ++e) {
     if (first[e] == first[e + 1]) continue;
     SplitPrimitive primitive;
     if (!mesh.elements.empty()) primitive.element = static_cast<std::uint32_t>(e);
-    primitive.first_vertex = static_cast<std::uint32_t>(split.position.size());
     primitive.first_triangle = first[e];
     primitive.triangle_count = first[e + 1] - first[e];
-    table.next_primitive();
-    std::uint32_t fresh = 0;
-    for (std::size_t i = first[e]; i < first[e + 1]; ++i) {
+    const std::span<const Triangle> normals =
+        with_normals ? mesh.corner_normals : std::span<const Triangle>{};
+    if (finder &&
+        finder->find(std::span(mesh.triangles).subspan(first[e], primitive.triangle_count),
+                     with_normals ? normals.subspan(first[e], primitive.triangle_count) : normals,
+                     primitive)) {
+      split.primitives.push_back(primitive);
+      continue;
+    }
+    if (order.empty()) {
+      if (Status found = check_indices(first[e], first[e + 1]); !found) return found.error();
+    }
+    if (!table) {
+      table.emplace(mesh.positions.size());
+      split.position.reserve(mesh.positions.size() + mesh.positions.size() / 8);
+      if (with_normals) split.normal.reserve(split.position.capacity());
+    }
+    primitive.first_vertex = static_cast<std::uint32_t>(split.position.size());
+    primitive.first_triangle = split.triangles.size();
+    if (split.triangles.empty()) split.triangles.reserve(triangle_count - first[e]);
+    split.triangles.resize(split.triangles.size() + primitive.triangle_count);
+    table->next_primitive(primitive.first_vertex);
+    std::uint32_t fresh = primitive.first_vertex;
+    Triangle* to = split.triangles.data() + primitive.first_triangle;
+    for (std::size_t i = first[e]; i < first[e + 1]; ++i, ++to) {
       const std::size_t t = order.empty() ? i : order[i];
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t position = mesh.triangles[t][k];
         const std::uint32_t normal = with_normals ? mesh.corner_normals[t][k] : 0;
-        bool is_new = false;
-        split.triangles[i][k] = table.vertex(position, normal, fresh, is_new);
-        if (!is_new) continue;
+        const std::uint32_t vertex = table->vertex(position, normal, fresh);
+        (*to)[k] = vertex - primitive.first_vertex;
+        if (vertex != fresh) continue;
         ++fresh;
         split.position.push_back(position);
         if (with_normals) split.normal.push_back(normal);
       }
     }
-    primitive.vertex_count = fresh;
+    primitive.vertex_count = fresh - primitive.first_vertex;
     split.primitives.push_back(primitive);
   }
-  split.used_positions = table.used();
+  if (table) split.used_positions = table->used();
   return split;
 }
 

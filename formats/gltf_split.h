@@ -17,6 +17,10 @@ struct SplitPrimitive {
       MeshCurve::kNoElement;  // index into elements; kNoElement: mesh without any
   std::uint32_t first_vertex = 0, vertex_count = 0;
   std::size_t first_triangle = 0, triangle_count = 0;
+  // Vertex v is position (and normal) first_vertex + v of the mesh itself, and the triangles are
+  // the mesh's own from first_triangle on, their numbers counted from the mesh's first position:
+  // nothing of the primitive is in the lists of SplitMesh.
+  bool as_given = false;
 };
 
 // Shape: position (and normal, where normals were asked for) have one entry a vertex; triangles
@@ -28,12 +32,13 @@ struct SplitMesh {
   std::vector<std::uint32_t> position;  // index into mesh.positions
   std::vector<std::uint32_t> normal;    // index into mesh.normals; empty without normals
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::size_t used_positions = 0;  // of the mesh's, by some triangle
+  std::size_t used_positions = 0;  // of the mesh's, by some triangle in the lists
 };
 
 // Corners of one element that agree in position and normal share a vertex; vertices come in order
-// of first use. Errors: kInput where an index of the mesh is out of range or an array has the wrong
+// of first use. With `runs` an element whose vertices are a run of the mesh's stays as it is
+// (as_given). Errors: kInput where an index of the mesh is out of range or an array has the wrong
 // length.
-Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals);
+Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, bool runs = false);
 
 }  // namespace diesink

@@ -86,7 +86,7 @@ Json Writer::attributes_json(const GltfPrimitive& primitive) {
   position["min"] = exact(primitive.low);
   position["max"] = exact(primitive.high);
   attributes["POSITION"] = add_accessor(std::move(position));
-  if (primitive.normal != nullptr) {
+  if (primitive.with_normals) {
     attributes["NORMAL"] = add_accessor(accessor(kNormals, primitive.normal_at, kFloat, "VEC3"));
   }
   if (primitive.colored) {

@@ -2,11 +2,14 @@
 #include "formats/input_file.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <new>
 
 namespace diesink {
@@ -37,6 +40,17 @@ Error too_large(const std::string& path, std::size_t max_bytes) {
 }
 
 }  // namespace
+
+void InputBytes::forget(std::size_t count) {
+  // Pages that belong to these bytes alone; what the system makes of the advice is its own affair.
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  void* first = bytes_.get() + forgotten_;
+  std::size_t space = std::min(count, size_) - std::min(forgotten_, std::min(count, size_));
+  if (std::align(page, page, first, space) == nullptr) return;
+  const std::size_t whole = space / page * page;
+  ::madvise(first, whole, MADV_DONTNEED);
+  forgotten_ = static_cast<std::size_t>(static_cast<std::byte*>(first) - bytes_.get()) + whole;
+}
 
 Result<InputBytes> read_file(const std::string& path, std::size_t max_bytes) {
   const Descriptor file(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));

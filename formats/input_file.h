@@ -19,10 +19,13 @@ class InputBytes {
   InputBytes(std::unique_ptr<std::byte[]> bytes, std::size_t size)
       : bytes_(std::move(bytes)), size_(size) {}
   [[nodiscard]] std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
+  // Gives the memory of the first `count` bytes back to the system, whole pages of it: they read as
+  // anything from now on.
+  void forget(std::size_t count);
 
  private:
   std::unique_ptr<std::byte[]> bytes_;
-  std::size_t size_ = 0;
+  std::size_t size_ = 0, forgotten_ = 0;
 };
 
 // Reads a regular file, a pipe or, for "-", stdin. Read rather than mapped: a file that shrinks

@@ -43,8 +43,9 @@ Error named(Error error, const std::string& path) {
 
 Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
                                 Diagnostics& diagnostics, std::size_t max_bytes) {
-  const Result<InputBytes> input = read_file(path, max_bytes);
+  Result<InputBytes> input = read_file(path, max_bytes);
   if (!input) return input.error();
+  options.done_with = [&](std::size_t count) { input->forget(count); };
   return read_mesh_bytes(input->bytes(), path, std::move(options), diagnostics);
 }
 

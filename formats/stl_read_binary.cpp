@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <vector>
 
 #include "formats/element_table.h"
 #include "formats/file_marks.h"
@@ -50,8 +51,10 @@ class BinaryReader {
     TriangleMesh mesh;
     read_header(mesh);
     FacetGatherer gatherer(claimed, options_.weld);
+    constexpr std::size_t kPart = std::size_t{1} << 16;  // facets, about three megabytes
     for (std::size_t i = 0; i < claimed; ++i) {
       const std::size_t offset = kStlHeaderBytes + kStlFacetBytes * i;
+      if (i % kPart == 0 && options_.done_with) options_.done_with(offset);
       std::array<float, 12> numbers{};
       std::memcpy(numbers.data(), bytes_.data() + offset, sizeof numbers);
       std::array<Vec3, 3>& corners = gatherer.next();
@@ -72,6 +75,12 @@ class BinaryReader {
         if (odd.count++ == 0) odd.first = offset;
       }
       gatherer.took();
+      std::uint16_t attribute = 0;
+      std::memcpy(&attribute, bytes_.data() + offset + 48, 2);
+      if (attribute != 0 || !attributes_.empty()) [[unlikely]] {
+        attributes_.resize(claimed);
+        attributes_[i] = attribute;
+      }
     }
     gatherer.move_into(mesh);
     read_colors(mesh);
@@ -138,9 +147,7 @@ class BinaryReader {
 
   void read_colors(TriangleMesh& mesh) {
     const auto attribute = [&](std::size_t facet) {
-      std::uint16_t value = 0;
-      std::memcpy(&value, bytes_.data() + kStlHeaderBytes + kStlFacetBytes * facet + 48, 2);
-      return value;
+      return attributes_.empty() ? std::uint16_t{0} : attributes_[facet];
     };
     // Without the Magics mark a word without bit 15 is no colour: zero, or another program's
     // attribute.
@@ -185,6 +192,7 @@ class BinaryReader {
   const ReadOptions& options_;
   Diagnostics& diagnostics_;
   std::optional<Color> magics_;
+  std::vector<std::uint16_t> attributes_;  // of every facet; empty where all are zero
   Odd not_finite_, opposed_;
 };
 

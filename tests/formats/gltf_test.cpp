@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 
+#include "formats/glb_container.h"
 #include "formats/registry.h"
 #include "tests/support/die_mesh.h"
 
@@ -189,6 +190,51 @@ TEST(Gltf, ExtrasStandInTheAsset) {
   const auto refused = kGlb.write(test::die_mesh(), options);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
+}
+
+TEST(Gltf, AGlbEndsAtFourGibibytesAndSaysWhy) {
+  constexpr std::uint64_t kMost = 0xFFFFFFFFu;
+  const Result<std::uint32_t> small = glb_size(100, 8);
+  ASSERT_TRUE(small);
+  EXPECT_EQ(*small, 12 + 8 + 100 + 8 + 8);
+  EXPECT_EQ(*glb_size(100, 0), 12 + 8 + 100);
+  const Result<std::uint32_t> largest = glb_size(1000, kMost - 1028);
+  ASSERT_TRUE(largest);
+  EXPECT_EQ(*largest, kMost);
+  for (const std::uint64_t buffer : {kMost - 1027, kMost, kMost + 1000, kMost * 4096}) {
+    const Result<std::uint32_t> over = glb_size(1000, buffer);
+    ASSERT_FALSE(over) << buffer;
+    EXPECT_EQ(over.error().code, ErrorCode::kUnsupported);
+    EXPECT_EQ(over.error().message, "a GLB holds at most 4294967295 bytes and this mesh needs " +
+                                        std::to_string(buffer + 1028) +
+                                        "; write .gltf, .ply or .stl");
+  }
+}
+
+// Elements whose vertices are a run of the mesh's are written as they stand; others are not.
+TEST(Gltf, ElementsOfARunOfVerticesAndOthers) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 12; ++i) mesh.positions.emplace_back(i % 2, i / 2, 0.25 * i);
+  mesh.triangles = {{0, 1, 2},  {1, 3, 2}, {2, 3, 4}, {3, 5, 4},  // a run from 0
+                    {4, 5, 6},  {5, 7, 6},                        // a run from 4
+                    {8, 9, 11},                                   // 10 is nobody's
+                    {0, 2, 9}};                                   // all over
+  mesh.triangle_element = {0, 0, 0, 0, 1, 1, 2, 3};
+  for (const char* name : {"a", "b", "c", "d"}) mesh.elements.push_back({name, "", {}});
+  for (const int way : {0, 1, 2, 3}) {
+    TriangleMesh each = mesh;
+    if (way > 0) {
+      for (int i = 0; i < 12; ++i) each.normals.push_back(Vec3(i, 1, 2).normalized());
+      each.corner_normals = each.triangles;
+    }
+    if (way == 2) each.corner_normals[1][2] = 7;  // normals of their own in the first
+    if (way == 3) std::swap(each.triangles[0], each.triangles[5]);  // no longer in order
+    each = in_floats(each);
+    const WrittenMesh file = written(kGlb, each, {});
+    EXPECT_EQ(looks(read_back(kGlb, file.files[0].bytes, 1)), looks(each)) << way;
+    ASSERT_EQ(file.notes.size(), 1U) << way;
+    EXPECT_EQ(file.notes[0], "1 vertices that belong to no triangle are left out");
+  }
 }
 
 TEST(Gltf, WrongMeshesAreRefused) {

@@ -40,6 +40,7 @@ class SecondReaderFolder {
   [[nodiscard]] std::string file(const Format& format) const {
     return path_ + "/mesh" + std::string(format.extensions[0]);
   }
+  [[nodiscard]] std::string beside(const std::string& name) const { return path_ + "/" + name; }
   // Puts the mesh there.
   [[nodiscard]] std::string write(const TriangleMesh& mesh, const Format& format, bool ascii,
                                   bool lines) const {

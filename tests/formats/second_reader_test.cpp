@@ -1,10 +1,11 @@
-// What is written is read the same by a program that did not write it: the Open Asset Import
-// Library.
+// What is written is read the same by a program that did not write it, and what that one writes is
+// read here: the Open Asset Import Library.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/Exporter.hpp>
 #include <assimp/Importer.hpp>
 #include <set>
 #include <string>
@@ -70,6 +71,36 @@ TEST(SecondReader, SeesTheSameMesh) {
           }
         }
       }
+    }
+  }
+}
+
+TEST(SecondWriter, IsReadTheSame) {
+  struct Form {
+    const char* id;  // assimp's
+    const Format* format;
+    const char* file;
+  };
+  const testing::SecondReaderFolder folder;
+  for (const TriangleMesh& mesh : testing::meshes_for_second_readers()) {
+    const MeshTopology expected = topology_of(testing::in_floats(mesh));
+    const std::string given = folder.write(mesh, kPly, false, false);
+    Assimp::Importer importer;
+    const aiScene* const scene = importer.ReadFile(given, aiProcess_Triangulate);
+    ASSERT_NE(scene, nullptr);
+    for (const Form& form :
+         {Form{"stl", &kStl, "a.stl"}, Form{"stlb", &kStl, "b.stl"}, Form{"obj", &kObj, "c.obj"},
+          Form{"ply", &kPly, "d.ply"}, Form{"plyb", &kPly, "e.ply"},
+          Form{"gltf2", &kGltf, "f.gltf"}, Form{"glb2", &kGlb, "g.glb"}}) {
+      const std::string path = folder.beside(form.file);
+      Assimp::Exporter exporter;
+      ASSERT_EQ(exporter.Export(scene, form.id, path), aiReturn_SUCCESS)
+          << form.id << ": " << exporter.GetErrorString();
+      Diagnostics diagnostics;
+      const Result<MeshFile> read = read_mesh_file(path, {}, diagnostics);
+      ASSERT_TRUE(read) << form.id << ": " << to_text(read.error());
+      EXPECT_EQ(read->format, form.format) << form.id;
+      testing::expect_same_shape(topology_of(testing::in_floats(read->mesh)), expected, form.id);
     }
   }
 }
