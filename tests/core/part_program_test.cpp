@@ -415,7 +415,7 @@ TEST(Documentation, NamesEveryWordOfTheTable) {
 
 TEST(Documentation, ExampleIsAProgram) {
   const std::string page = file_text(fs::path(DIESINK_SOURCE_DIR) / "docs" / "part-program.md");
-  const std::size_t begin = page.find("```\nSOLID-DEF") + 4;
+  const std::size_t begin = page.find("```part\nSOLID-DEF") + 8;
   const PartProgram program = parsed(page.substr(begin, page.find("```", begin) - begin));
   EXPECT_EQ(program.solids.size(), 2u);
   EXPECT_EQ(program.boole.size(), 3u);
