@@ -98,6 +98,9 @@ Run setup(CLI::App& app) {
   app.add_flag_callback(
       "--no-creases", [options] { options->creases = false; },
       "with --mesh grid: leave the edge points out, for comparison");
+  add_number(app, "--feature-angle", to.feature_angle,
+             "on a scanned base: edges that turn by more degrees are creases (default: 30)",
+             kPositive);
   add_flag_with_number(app, "--solid", to.solid, to.floor,
                        "close it with skirts and a floor at =FLOOR");
   app.add_flag("--lines", to.lines, "crease and edge curves as lines");

@@ -92,6 +92,7 @@ Status Exporter::make_tile(const std::array<int, 2>& tile) {
   how.creases = options_.creases;
   how.tolerance =
       tolerance_ * (1 - share_for_files(targets_, options_.mesh, tolerance_, surface_.size()));
+  if (options_.feature_angle) how.feature_angle = *options_.feature_angle;
   how.solid = options_.solid;
   how.floor = options_.floor;
   how.tiles = options_.tiles;

@@ -21,10 +21,11 @@ namespace diesink {
 struct ExportOptions {
   std::optional<double> tolerance;  // default TOLER
   MeshScheme scheme = MeshScheme::kAdaptive;
-  bool creases = true;          // kGrid only: insert the edge points
-  bool solid = false;           // close it with skirts and a floor
-  std::optional<double> floor;  // height of the floor
-  bool lines = false;           // crease and edge curves as lines
+  bool creases = true;                  // kGrid only: insert the edge points
+  std::optional<double> feature_angle;  // degrees, of a scanned base; default 30
+  bool solid = false;                   // close it with skirts and a floor
+  std::optional<double> floor;          // height of the floor
+  bool lines = false;                   // crease and edge curves as lines
   MeshGroups groups = MeshGroups::kElement;
   std::array<int, 2> tiles{1, 1};
   std::string report_path;  // where the figures go as JSON; empty = nowhere

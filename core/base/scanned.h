@@ -67,10 +67,27 @@ class ScannedSurface {
   // triangles that reach into it.
   [[nodiscard]] BaseBounds bounds(const PlanBox& box) const;
 
+  // A plane over a plan box and how far the triangles that reach into it lie above it at most, and
+  // below: z - (c + gx dx + gy dy) is in `rest`, d from the box's centre. Much narrower than
+  // bounds().z where the scan is nearly flat.
+  struct Band {
+    double c = 0, gx = 0, gy = 0;
+    Range rest;
+  };
+  // The same bounds as above, and the band where there is anything.
+  BaseBounds bounds(const PlanBox& box, Band& band) const;
+
+  // The border edges that reach into the box, by number, not more than `most` of them.
+  void border_over(const PlanBox& box, std::size_t most, std::vector<std::uint32_t>& edges) const;
+
   // The unit normal, upward, for CC-data at a hit: the facet's, or with NORMALS,SMOOTH the one
   // blended over the facet from its vertices.
   [[nodiscard]] Vec3 normal(const BaseHit& hit, double x, double y) const;
   [[nodiscard]] bool smooth() const { return !vertex_normals_.empty(); }
+
+  // A mark for each triangle that has part of its plan in common with another: layers over one
+  // another, and what lies under an overhang. Exact; triangles that only touch have none.
+  [[nodiscard]] std::vector<char> layered(int threads = 0) const;
 
   // An edge, of vertex numbers, that may be border of the plan: in plan it has triangles on its
   // left alone. Other layers may cover it all the same.
@@ -109,7 +126,8 @@ class ScannedSurface {
   void make_cells(int threads);
   void make_vertex_normals();
   [[nodiscard]] const Border& border() const;
-  [[nodiscard]] bool border_meets(const PlanBox& box) const;
+  template <class See>
+  void each_triangle_over(const PlanBox& box, const See& see) const;
   bool triangle(std::uint32_t face, ScannedTriangle& out) const {
     const std::array<std::uint32_t, 3>& t = triangles_[face];
     return out.set(positions_[t[0]], positions_[t[1]], positions_[t[2]]);

@@ -6,6 +6,7 @@
 
 #include "core/interval.h"
 #include "core/mesh_tools/topology.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -95,19 +96,28 @@ const std::vector<ScannedSurface::BorderEdge>& ScannedSurface::border_edges() co
   return border().edges;
 }
 
-bool ScannedSurface::border_meets(const PlanBox& box) const {
+void ScannedSurface::border_over(const PlanBox& box, std::size_t most,
+                                 std::vector<std::uint32_t>& edges) const {
+  edges.clear();
   const Border& border = this->border();
-  if (border.edges.empty()) return false;
-  const int last_line = cells_.line(box.y1), last_column = cells_.column(box.x1);
-  for (int j = cells_.line(box.y0); j <= last_line; ++j) {
-    for (int i = cells_.column(box.x0); i <= last_column; ++i) {
+  if (border.edges.empty()) return;
+  const int first_line = cells_.line(box.y0), last_line = cells_.line(box.y1);
+  const int first_column = cells_.column(box.x0), last_column = cells_.column(box.x1);
+  for (int j = first_line; j <= last_line; ++j) {
+    for (int i = first_column; i <= last_column; ++i) {
       const std::size_t cell = static_cast<std::size_t>(j) * static_cast<std::size_t>(cells_.nx) +
                                static_cast<std::size_t>(i);
       for (std::uint32_t k = border.start[cell]; k < border.start[cell + 1]; ++k) {
         const BorderEdge& edge = border.edges[border.items[k]];
         const Vec3 &a = positions_[edge[0]], &b = positions_[edge[1]];
-        if (std::max(a.x(), b.x()) < box.x0 || std::min(a.x(), b.x()) > box.x1 ||
-            std::max(a.y(), b.y()) < box.y0 || std::min(a.y(), b.y()) > box.y1) {
+        const double low_x = std::min(a.x(), b.x()), low_y = std::min(a.y(), b.y());
+        if (std::max(a.x(), b.x()) < box.x0 || low_x > box.x1 || std::max(a.y(), b.y()) < box.y0 ||
+            low_y > box.y1) {
+          continue;
+        }
+        // Once is enough: in the first cell of those asked for that holds it.
+        if (std::max(cells_.column(low_x), first_column) != i ||
+            std::max(cells_.line(low_y), first_line) != j) {
           continue;
         }
         // Apart where all four corners are on one side of the edge's line.
@@ -117,24 +127,16 @@ bool ScannedSurface::border_meets(const PlanBox& box) const {
             turn(a.x(), a.y(), b.x(), b.y(), box.x1, box.y1) == s00) {
           continue;
         }
-        return true;
+        edges.push_back(border.items[k]);
+        if (edges.size() >= most) return;
       }
     }
   }
-  return false;
 }
 
-BaseBounds ScannedSurface::bounds(const PlanBox& box) const {
-  BaseBounds out;
-  out.coverage = Coverage::kOutside;
-  if (box.x1 < plan_box_.x0 || box.x0 > plan_box_.x1 || box.y1 < plan_box_.y0 ||
-      box.y0 > plan_box_.y1) {
-    return out;
-  }
-  Range z{HUGE_VAL, -HUGE_VAL}, zx = z, zy = z;
-  const auto take = [](Range& range, const Range& more) {
-    range = {std::min(range.lo, more.lo), std::max(range.hi, more.hi)};
-  };
+// Calls see(triangle, its box) for every triangle that reaches into the box.
+template <class See>
+void ScannedSurface::each_triangle_over(const PlanBox& box, const See& see) const {
   const int first_line = cells_.line(box.y0), last_line = cells_.line(box.y1);
   const int first_column = cells_.column(box.x0), last_column = cells_.column(box.x1);
   ScannedTriangle t;
@@ -158,27 +160,103 @@ BaseBounds ScannedSurface::bounds(const PlanBox& box) const {
           apart = turn(t.x[k], t.y[k], t.x[next], t.y[next], ey > 0 ? box.x0 : box.x1,
                        ex > 0 ? box.y1 : box.y0) < 0;
         }
-        if (apart) continue;
-        // The plane over the box's part inside the triangle's own, cut to the triangle's heights.
-        const Range dx = widened(std::max(box.x0, b.x0) - t.x[0], std::min(box.x1, b.x1) - t.x[0]);
-        const Range dy = widened(std::max(box.y0, b.y0) - t.y[0], std::min(box.y1, b.y1) - t.y[0]);
-        const Range plane = point_range(t.z0) + t.zx * dx + t.zy * dy;
-        take(z, {std::max(plane.lo, t.z_low), std::min(plane.hi, t.z_high)});
-        take(zx, point_range(t.zx));
-        take(zy, point_range(t.zy));
+        if (!apart) see(t, b);
       }
     }
   }
+}
+
+std::vector<char> ScannedSurface::layered(int threads) const {
+  // True where some side of s has all of t on its right or on its line.
+  const auto parted = [](const ScannedTriangle& s, const ScannedTriangle& t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = k == 2 ? 0 : k + 1;
+      bool apart = true;
+      for (std::size_t i = 0; i < 3 && apart; ++i)
+        apart = turn(s.x[k], s.y[k], s.x[next], s.y[next], t.x[i], t.y[i]) <= 0;
+      if (apart) return true;
+    }
+    return false;
+  };
+  // Lines of cells mark triangles of their own in lists: a triangle may stand in several.
+  const auto lines = static_cast<std::size_t>(cells_.ny);
+  std::vector<std::vector<std::uint32_t>> found(lines);
+  parallel_blocks(lines, 1, threads, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<ScannedTriangle> here;
+    for (std::size_t j = begin; j < end; ++j) {
+      for (int i = 0; i < cells_.nx; ++i) {
+        const std::span<const std::uint32_t> faces = in_cell(i, static_cast<int>(j));
+        here.clear();
+        for (const std::uint32_t f : faces) triangle(f, here.emplace_back());
+        for (std::size_t a = 0; a < faces.size(); ++a) {
+          for (std::size_t b = a + 1; b < faces.size(); ++b) {
+            const ScannedTriangle &s = here[a], &t = here[b];
+            if (s.x_high() <= t.x_low() || t.x_high() <= s.x_low() || s.y_high() <= t.y_low() ||
+                t.y_high() <= s.y_low() || parted(s, t) || parted(t, s)) {
+              continue;
+            }
+            found[j].push_back(faces[a]);
+            found[j].push_back(faces[b]);
+          }
+        }
+      }
+    }
+  });
+  std::vector<char> marks(triangles_.size(), 0);
+  for (const auto& line : found) {
+    for (const std::uint32_t f : line) marks[f] = 1;
+  }
+  return marks;
+}
+
+BaseBounds ScannedSurface::bounds(const PlanBox& box) const {
+  Band band;
+  return bounds(box, band);
+}
+
+BaseBounds ScannedSurface::bounds(const PlanBox& box, Band& band) const {
+  BaseBounds out;
+  out.coverage = Coverage::kOutside;
+  if (box.x1 < plan_box_.x0 || box.x0 > plan_box_.x1 || box.y1 < plan_box_.y0 ||
+      box.y0 > plan_box_.y1) {
+    return out;
+  }
+  Range z{HUGE_VAL, -HUGE_VAL}, zx = z, zy = z, rest = z;
+  const auto take = [](Range& range, const Range& more) {
+    range = {std::min(range.lo, more.lo), std::max(range.hi, more.hi)};
+  };
+  each_triangle_over(box, [&](const ScannedTriangle& t, const PlanBox& b) {
+    // The plane over the box's part inside the triangle's own, cut to the triangle's heights.
+    const Range dx = widened(std::max(box.x0, b.x0) - t.x[0], std::min(box.x1, b.x1) - t.x[0]);
+    const Range dy = widened(std::max(box.y0, b.y0) - t.y[0], std::min(box.y1, b.y1) - t.y[0]);
+    const Range plane = point_range(t.z0) + t.zx * dx + t.zy * dy;
+    take(z, {std::max(plane.lo, t.z_low), std::min(plane.hi, t.z_high)});
+    take(zx, point_range(t.zx));
+    take(zy, point_range(t.zy));
+  });
   if (is_empty(z)) return out;
   out.z = z;
   out.zx = zx;
   out.zy = zy;
-  if (border_meets(box)) {
-    out.coverage = Coverage::kPartly;
-  } else {
-    // No end of the plan in the box: all of it is inside, for a triangle reaches into it.
-    out.coverage = Coverage::kInside;
-  }
+  band.gx = 0.5 * (zx.lo + zx.hi);
+  band.gy = 0.5 * (zy.lo + zy.hi);
+  band.c = 0.5 * (z.lo + z.hi);
+  const double cx = 0.5 * (box.x0 + box.x1), cy = 0.5 * (box.y0 + box.y1);
+  each_triangle_over(box, [&](const ScannedTriangle& t, const PlanBox& b) {
+    // Its plane less the band's, over the same part.
+    const Range dx = widened(std::max(box.x0, b.x0) - t.x[0], std::min(box.x1, b.x1) - t.x[0]);
+    const Range dy = widened(std::max(box.y0, b.y0) - t.y[0], std::min(box.y1, b.y1) - t.y[0]);
+    const Range own = point_range(t.z0) - point_range(band.c);
+    const Range there = band.gx * (point_range(t.x[0]) - point_range(cx)) +
+                        band.gy * (point_range(t.y[0]) - point_range(cy));
+    take(rest, own - there + (point_range(t.zx) - point_range(band.gx)) * dx +
+                   (point_range(t.zy) - point_range(band.gy)) * dy);
+  });
+  band.rest = rest;
+  std::vector<std::uint32_t> met;
+  border_over(box, 1, met);
+  // Without an end of the plan in the box all of it is inside, for a triangle reaches into it.
+  out.coverage = met.empty() ? Coverage::kInside : Coverage::kPartly;
   return out;
 }
 

@@ -37,6 +37,12 @@ ArcSamples::ArcSamples(const CompoundSurface::Impl& surface, const Arrangement& 
   }
 }
 
+// The base where it is a scan: flat between the kept nodes.
+bool ArcSamples::is_scan(Label label) const {
+  return std::holds_alternative<ScannedSurface>(surface_.base) &&
+         surface_.steps[surface_.step_of_row[static_cast<std::size_t>(row_of(label))]].solid < 0;
+}
+
 double ArcSamples::z_of(const ArcPoint& p, Label label) const {
   if (p.node != ArcPoint::kNoNode) {
     for (const LabelHeight& h : arrangement_.nodes[p.node].heights) {
@@ -62,12 +68,22 @@ ArcPoint ArcSamples::point_at(std::uint32_t a, double t) const {
   const std::size_t last = arc.nodes.size() - 2;
   const std::size_t k = std::min(static_cast<std::size_t>(t), last);
   const double s = t - static_cast<double>(k);
+  if (s == 0 && k > 0 && arrangement_.nodes[arc.nodes[k]].kept) {
+    ArcPoint p;
+    const PlanNode& node = arrangement_.nodes[arc.nodes[k]];
+    p.x = node.x;
+    p.y = node.y;
+    p.node = arc.nodes[k];
+    return p;
+  }
   const PlanNode &n0 = arrangement_.nodes[arc.nodes[k]], &n1 = arrangement_.nodes[arc.nodes[k + 1]];
   ArcPoint p;
   PlanNode found;
   bool solved = false;
   const PlanCurve& curve = arc.curves[k];
-  if (curve.type != CurveType::kUnsolved) {
+  const bool scan_border =
+      curve.type == CurveType::kOutline && std::holds_alternative<ScannedSurface>(surface_.base);
+  if (curve.type != CurveType::kUnsolved && !scan_border) {
     solved = point_on_stretch(surface_, solver_, curve, arc.left, arc.right, n0, n1, s, found);
   }
   const auto height_in = [](const PlanNode& n, Label label, double& z) {
@@ -103,7 +119,8 @@ ArcPoint ArcSamples::point_at(std::uint32_t a, double t) const {
     h.z = z0 + s * (z1 - z0);
     // Stretches without an equation lie on the label's own surface all the same (border), or in a
     // least cell.
-    if ((arc.border || curve.type == CurveType::kOutline) || !(k0 && k1)) {
+    const bool own = (arc.border || curve.type == CurveType::kOutline) && !is_scan(label);
+    if (own || !(k0 && k1)) {
       double z = 0;
       if (solver_.height(label, p.x, p.y, z)) h.z = z;
     }
@@ -176,8 +193,8 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
     int depth;
   };
   std::vector<Open> open;
-  double total = 0;
   const std::size_t stretches = arc.nodes.size() - 1;
+  const bool is_scan_border = arc.border && is_scan(arc.left);
   ArcPoint last = end_of(a, false);
   for (std::size_t k = 0; k < stretches; ++k) {
     const double t0 = static_cast<double>(k), t1 = static_cast<double>(k + 1);
@@ -191,41 +208,54 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
       const ArcPoint m = point_at(a, tm);
       const double sag = lifted_sag(a, o.p0, m, o.p1);
       const bool deep = o.depth >= kMaxDepth;
-      if (!deep && (sag > 2 * options_.sag || (arc.border && o.depth < kBorderDepth))) {
+      if (!deep &&
+          (sag > 2 * options_.sag || (arc.border && o.depth < kBorderDepth && !is_scan_border))) {
         open.push_back({tm, o.t1, m, o.p1, o.depth + 1});
         open.push_back({o.t0, tm, o.p0, m, o.depth + 1});
         continue;
       }
       double weight = std::sqrt(sag / options_.sag);
       for (const Label label : {arc.left, arc.right}) {
-        if (label == kNoLabel) continue;
+        if (label == kNoLabel || is_scan(label)) continue;
         const Vec3 p0(o.p0.x, o.p0.y, z_of(o.p0, label)), p1(o.p1.x, o.p1.y, z_of(o.p1, label));
         const double edge =
             kEdgeFactor * charts_.at(label).spacing({m.x, m.y, z_of(m, label)}, options_.tolerance);
         weight = std::fmax(weight, (p1 - p0).norm() / std::fmax(edge, options_.shortest));
       }
       pieces.push_back({o.t0, o.t1, weight});
-      total += weight;
     }
   }
-  // Pieces come in order: the stack is worked off from the front of each stretch.
-  int count = std::max(1, static_cast<int>(std::ceil(total - 1e-9)));
-  if (arc.closed) count = std::max(count, 4);
-  double passed = 0;
+  // Pieces come in order: the stack is worked off from the front of each stretch. Kept nodes part
+  // them into runs, each sampled evenly by weight.
   std::size_t k = 0;
-  for (int i = 1; i < count; ++i) {
-    const double want = total > 0 ? total * i / count : 0;
-    double t = 0;
-    if (total > 0) {
-      while (k + 1 < pieces.size() && passed + pieces[k].weight < want)
-        passed += pieces[k++].weight;
-      const Piece& piece = pieces[k];
-      const double f = piece.weight > 0 ? std::clamp((want - passed) / piece.weight, 0.0, 1.0) : 0;
-      t = piece.t0 + f * (piece.t1 - piece.t0);
-    } else {
-      t = static_cast<double>(stretches) * i / count;
+  for (std::size_t from = 0; from < stretches;) {
+    std::size_t to = from + 1;
+    while (to < stretches && !arrangement_.nodes[arc.nodes[to]].kept) ++to;
+    std::size_t last_piece = k;
+    double total = 0;
+    while (last_piece < pieces.size() && pieces[last_piece].t0 < static_cast<double>(to))
+      total += pieces[last_piece++].weight;
+    int count = std::max(1, static_cast<int>(std::ceil(total - 1e-9)));
+    if (arc.closed && from == 0 && to == stretches) count = std::max(count, 4);
+    double passed = 0;
+    for (int i = 1; i < count; ++i) {
+      const double want = total > 0 ? total * i / count : 0;
+      double t = 0;
+      if (total > 0) {
+        while (k + 1 < last_piece && passed + pieces[k].weight < want) passed += pieces[k++].weight;
+        const Piece& piece = pieces[k];
+        const double f =
+            piece.weight > 0 ? std::clamp((want - passed) / piece.weight, 0.0, 1.0) : 0;
+        t = piece.t0 + f * (piece.t1 - piece.t0);
+      } else {
+        t = static_cast<double>(from) + static_cast<double>(to - from) * i / count;
+      }
+      out.push_back({t, point_at(a, t)});
     }
-    out.push_back({t, point_at(a, t)});
+    if (to < stretches)
+      out.push_back({static_cast<double>(to), point_at(a, static_cast<double>(to))});
+    k = last_piece;
+    from = to;
   }
 }
 
@@ -293,7 +323,7 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
   const std::size_t k = std::min(static_cast<std::size_t>(0.5 * (s.t + t1)), arc.nodes.size() - 2);
   const PlanCurve& curve = arc.curves[k];
   if (arc.border) {
-    if (arc.left == kNoLabel) return 0;
+    if (arc.left == kNoLabel || is_scan(arc.left)) return 0;
     const ArcPoint &p = points[s.point], &q = points[e.point];
     CurvePair pair;
     pair.f = solver_.implicit(solver_.ref_of(arc.left));
@@ -303,6 +333,22 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
     return chord_deviation(pair, at(s.point, arc.left), at(e.point, arc.left));
   }
   if (curve.type == CurveType::kOutline) {
+    if (std::holds_alternative<ScannedSurface>(surface_.base)) {
+      // Straight in plan; what is beside the scan there is cut by an upright plane.
+      const ArcPoint &p = points[s.point], &q = points[e.point];
+      const double length = std::hypot(q.x - p.x, q.y - p.y);
+      double most = 0;
+      for (const Label beside : {arc.left, arc.right}) {
+        if (beside == kNoLabel || is_scan(beside) || !(length > 0)) continue;
+        CurvePair pair;
+        pair.f = solver_.implicit(solver_.ref_of(beside));
+        pair.g.kind = Implicit::Kind::kPlane;
+        pair.g.c = Vec3(p.x, p.y, 0);
+        pair.g.n = Vec3((q.y - p.y) / length, (p.x - q.x) / length, 0);
+        most = std::fmax(most, chord_deviation(pair, at(s.point, beside), at(e.point, beside)));
+      }
+      return most;
+    }
     // A straight border is a section by an upright plane; a curved one has no equation here and no
     // proof.
     const ArcPoint &p = points[s.point], &q = points[e.point];
@@ -453,6 +499,13 @@ void ArcSamples::sample_all(int threads) {
     };
     append(junction(a, false), 0);
     for (const Trial& trial : trials[a]) {
+      const std::uint32_t node = trial.p.node;
+      if (node != ArcPoint::kNoNode && point_of_node[node] != kNone) {
+        append(point_of_node[node], trial.t);
+        continue;
+      }
+      if (node != ArcPoint::kNoNode)
+        point_of_node[node] = static_cast<std::uint32_t>(points.size());
       append(static_cast<std::uint32_t>(points.size()), trial.t);
       points.push_back(trial.p);
       points.back().arc = a;

@@ -18,7 +18,8 @@ struct ArcPoint {
   double x = 0, y = 0;
   std::array<LabelHeight, 2> sides;  // interior points: left and right label of their arc
   std::uint32_t arc = kNoNode;       // interior points: theirs
-  std::uint32_t node = kNoNode;      // junctions: the arrangement's node, which knows all heights
+  std::uint32_t node =
+      kNoNode;  // junctions and kept nodes: the arrangement's node, which knows all heights
   static constexpr std::uint32_t kNoNode = 0xFFFFFFFFu;
 };
 
@@ -107,6 +108,7 @@ class ArcSamples {
   [[nodiscard]] double lifted_sag(std::uint32_t arc, const ArcPoint& a, const ArcPoint& m,
                                   const ArcPoint& b) const;
   [[nodiscard]] double z_of(const ArcPoint& p, Label label) const;
+  [[nodiscard]] bool is_scan(Label label) const;
   [[nodiscard]] double bound(std::uint32_t arc, const ArcSample& a, const ArcSample& b) const;
   void certify(std::uint32_t arc, std::uint32_t sample, int depth);
   std::uint32_t insert(std::uint32_t arc, std::uint32_t after, const Trial& trial);

@@ -25,6 +25,7 @@ struct PlanNode {
   bool corner = false;
   bool border = false;  // on the domain's border
   bool solved = true;   // false: found by halving or as the middle of a least cell
+  bool kept = false;    // inside an arc: its chain runs through the node itself
 };
 
 // Labels are seen travelling from the first node to the last.

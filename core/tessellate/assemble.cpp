@@ -50,6 +50,8 @@ class Assembler {
   void between(std::uint32_t point, const ArcEnd* end, double from, double to,
                std::vector<std::uint32_t>& chain);
   void add_faces();
+  void add_crease(const RegionMesh& region, const std::vector<std::uint32_t>& chain,
+                  const std::vector<std::uint32_t>& global, std::uint32_t e);
   void add_walls();
   // One side of a strip: heights of the arc's right and left side over a point, the wall's normal
   // there, and which end of an arc it is where it is one.
@@ -76,6 +78,7 @@ class Assembler {
   const TessellationOptions& options_;
   Tessellation out_;
   std::map<std::string, std::uint32_t> element_of_;
+  std::vector<std::vector<std::uint32_t>> inner_creases_;
   std::vector<Column> columns_;
   PinchedNodes pinched_;
   // Vertices that part the walls of one wedge of material from those of another on the same line.
@@ -147,6 +150,8 @@ void Assembler::add_levels() {
 
 // Points between the levels of tall walls. Every strip at a column uses the same ones.
 void Assembler::divide_columns() {
+  // Over a scan strips are as narrow as its triangles: tall ones would cost many times the rest.
+  if (std::holds_alternative<MeshBase>(compound_.program().base)) return;
   std::vector<double> extra;
   for (std::uint32_t p = 0; p < columns_.size(); ++p) {
     Column& column = columns_[p];
@@ -204,6 +209,26 @@ void Assembler::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, std:
   out_.mesh.corner_normals.push_back({na, nb, nc});
 }
 
+// A crease within one element.
+void Assembler::add_crease(const RegionMesh& region, const std::vector<std::uint32_t>& chain,
+                           const std::vector<std::uint32_t>& global, std::uint32_t e) {
+  MeshCurve curve;
+  curve.kind = CurveKind::kCrease;
+  curve.between = {e, e};
+  curve.closed = chain.size() > 2 && chain.front() == chain.back();
+  CurveReport report;
+  report.kind = CurveKind::kCrease;
+  report.closed = curve.closed;
+  report.between = {out_.mesh.elements[e].name, out_.mesh.elements[e].name};
+  for (std::size_t k = 0; k < chain.size(); ++k) {
+    if (k > 0) report.length += (region.position[chain[k]] - region.position[chain[k - 1]]).norm();
+    if (k + 1 < chain.size() || !curve.closed) curve.vertices.push_back(global[chain[k]]);
+  }
+  inner_creases_.push_back(curve.vertices);
+  out_.mesh.curves.push_back(std::move(curve));
+  out_.report.curves.push_back(std::move(report));
+}
+
 void Assembler::add_faces() {
   std::vector<std::uint32_t> global;
   for (const RegionMesh& region : regions_) {
@@ -219,12 +244,19 @@ void Assembler::add_faces() {
       global[k] = region.arc_point[k] == ArcSamples::kNone
                       ? vertex(region.position[k])
                       : vertex_at(region.arc_point[k], region.position[k].z());
-      out_.mesh.normals.push_back(chart.normal(region.position[k]));
+      if (region.corner_normals.empty())
+        out_.mesh.normals.push_back(chart.normal(region.position[k]));
     }
-    for (const auto& t : region.triangles) {
-      triangle(global[t[0]], global[t[1]], global[t[2]], e, first_normal + t[0],
-               first_normal + t[1], first_normal + t[2]);
+    out_.mesh.normals.insert(out_.mesh.normals.end(), region.normals.begin(), region.normals.end());
+    for (std::size_t k = 0; k < region.triangles.size(); ++k) {
+      const std::array<std::uint32_t, 3>& t = region.triangles[k];
+      const std::array<std::uint32_t, 3>& n =
+          region.corner_normals.empty() ? t : region.corner_normals[k];
+      triangle(global[t[0]], global[t[1]], global[t[2]], e, first_normal + n[0],
+               first_normal + n[1], first_normal + n[2]);
     }
+    for (const std::vector<std::uint32_t>& crease : region.creases)
+      add_crease(region, crease, global, e);
   }
 }
 
@@ -340,8 +372,9 @@ Status Assembler::add_floor() {
       }
       return it->second;
     };
-    for (std::size_t k = 0; k + 1 < chain.size(); ++k)
-      segments.push_back({number(chain[k]), number(chain[k + 1])});
+    for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+      if (chain[k] != chain[k + 1]) segments.push_back({number(chain[k]), number(chain[k + 1])});
+    }
   }
   PlanarTriangulation t;
   if (!t.build(points, segments).empty()) {
@@ -375,6 +408,9 @@ Status Assembler::add_floor() {
 void Assembler::add_curves() {
   std::vector<std::uint32_t> chain;
   std::vector<char> crease(out_.mesh.positions.size(), 0), jump = crease, corner = crease;
+  for (const auto& inner : inner_creases_) {
+    for (const std::uint32_t v : inner) crease[v] = 1;
+  }
   const auto element_index = [&](Label label) {
     return label == kNoLabel ? MeshCurve::kNoElement : element(compound_.element_name(label), "");
   };
@@ -406,7 +442,10 @@ void Assembler::add_curves() {
         const std::uint32_t v = vertex_at(p, samples_.z(p, label));
         curve.vertices.push_back(v);
         (kind == CurveKind::kCrease ? crease : jump)[v] = 1;
-        if (samples_.points[p].node != ArcPoint::kNoNode && !arc.closed) corner[v] = 1;
+        if (samples_.points[p].node != ArcPoint::kNoNode && !arc.closed &&
+            (arrangement_.nodes[samples_.points[p].node].corner ||
+             !arrangement_.nodes[samples_.points[p].node].kept))
+          corner[v] = 1;
       }
       double length = 0;
       for (std::size_t k = 0; k + 1 < curve.vertices.size(); ++k) {

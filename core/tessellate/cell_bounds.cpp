@@ -189,16 +189,78 @@ bool side_over(const Impl& surface, const BodyLine& body, bool upper, const Cell
   return true;
 }
 
-// The scan over a box: its triangles' heights.
-Coverage scan_over(const ScannedSurface& scan, const CellBox& box, double guard, FaceOver& face) {
+// The border of a scan in the box: one function for edges that follow one another, whose direction
+// is somewhere among theirs.
+void scan_outline(const ScannedSurface& scan, const CellBox& box, FunctionList& outline) {
+  constexpr std::size_t kMost = 24;
+  std::vector<std::uint32_t> edges;
+  scan.border_over({box.x - box.hx, box.x + box.hx, box.y - box.hy, box.y + box.hy}, kMost, edges);
+  const std::vector<ScannedSurface::BorderEdge>& border = scan.border_edges();
+  std::vector<PlanFunction> runs;
+  std::vector<std::vector<std::uint32_t>> ends;  // vertices of each run's edges
+  for (const std::uint32_t e : edges) {
+    const Vec3 &a = scan.positions()[border[e][0]], &b = scan.positions()[border[e][1]];
+    const double length = std::hypot(b.x() - a.x(), b.y() - a.y());
+    PlanFunction f;
+    f.kind = PlanFunction::Kind::kOutline;
+    f.id = e;
+    f.cgx = length > 0 ? -(b.y() - a.y()) / length : 0;
+    f.cgy = length > 0 ? (b.x() - a.x()) / length : 0;
+    const double turned = 0x1p-50;
+    f.gx = {f.cgx - turned, f.cgx + turned};
+    f.gy = {f.cgy - turned, f.cgy + turned};
+    f.v = f.cgx * (box.x - a.x()) + f.cgy * (box.y - a.y());
+    f.lo = -kInf;
+    f.hi = kInf;
+    std::vector<std::uint32_t> own{border[e][0], border[e][1]};
+    // Joined with every run it touches.
+    for (std::size_t k = 0; k < runs.size();) {
+      bool touches = false;
+      for (const std::uint32_t v : own) {
+        touches = touches || std::find(ends[k].begin(), ends[k].end(), v) != ends[k].end();
+      }
+      if (!touches) {
+        ++k;
+        continue;
+      }
+      f.gx = {std::fmin(runs[k].gx.lo, f.gx.lo), std::fmax(runs[k].gx.hi, f.gx.hi)};
+      f.gy = {std::fmin(runs[k].gy.lo, f.gy.lo), std::fmax(runs[k].gy.hi, f.gy.hi)};
+      f.bend = kInf;
+      own.insert(own.end(), ends[k].begin(), ends[k].end());
+      runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(k));
+      ends.erase(ends.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    runs.push_back(f);
+    ends.push_back(std::move(own));
+  }
+  for (PlanFunction& f : runs) {
+    if (edges.size() >= kMost) f.gx = f.gy = {-1, 1};  // there may be more: split
+    outline.push(f);
+  }
+}
+
+// The scan over a box: its triangles' planes.
+Coverage scan_over(const ScannedSurface& scan, const CellBox& box, double guard, FaceOver& face,
+                   FunctionList& outline) {
+  ScannedSurface::Band band;
   const BaseBounds b =
-      scan.bounds({box.x - box.hx, box.x + box.hx, box.y - box.hy, box.y + box.hy});
+      scan.bounds({box.x - box.hx, box.x + box.hx, box.y - box.hy, box.y + box.hy}, band);
   if (b.coverage == Coverage::kOutside) return b.coverage;
+  if (b.coverage == Coverage::kPartly) scan_outline(scan, box, outline);
   face.zx = b.zx;
   face.zy = b.zy;
-  face.c = 0.5 * (b.z.lo + b.z.hi);
-  face.hi = 0.5 * (b.z.hi - b.z.lo) + guard;
-  face.lo = -face.hi;
+  face.c = band.c;
+  face.gx = band.gx;
+  face.gy = band.gy;
+  face.lo = band.rest.lo - guard;
+  face.hi = band.rest.hi + guard;
+  const double reach = std::fabs(band.gx) * box.hx + std::fabs(band.gy) * box.hy;
+  if (b.z.hi - b.z.lo < 2 * reach + face.hi - face.lo) {
+    face.c = 0.5 * (b.z.lo + b.z.hi);
+    face.gx = face.gy = 0;
+    face.hi = 0.5 * (b.z.hi - b.z.lo) + guard;
+    face.lo = -face.hi;
+  }
   return b.coverage;
 }
 
@@ -456,7 +518,7 @@ Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox&
     return Coverage::kInside;
   }
   if (const ScannedSurface* scan = std::get_if<ScannedSurface>(&surface.base)) {
-    return scan_over(*scan, box, std::ldexp(surface.size, -44), face);
+    return scan_over(*scan, box, std::ldexp(surface.size, -44), face, outline);
   }
   const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&surface.base);
   if (ferguson == nullptr) return Coverage::kOutside;

@@ -156,6 +156,15 @@ Implicit face_implicit(const CompoundSurface::Impl& surface, Label label) {
   return f;
 }
 
+Implicit facet_implicit(const CompoundSurface::Impl& surface, std::uint32_t facet) {
+  const ScannedSurface& scan = std::get<ScannedSurface>(surface.base);
+  const std::array<std::uint32_t, 3>& t = scan.triangles()[facet];
+  ScannedTriangle plane;
+  plane.set(scan.positions()[t[0]], scan.positions()[t[1]], scan.positions()[t[2]]);
+  return plane_through({plane.x[0], plane.y[0], plane.z0},
+                       Vec3(-plane.zx, -plane.zy, 1).normalized());
+}
+
 Implicit silhouette_implicit(const BodyLine& body) {
   // dF/dz is linear: its gradient is the vertical's image under the form's matrix.
   const Implicit f = quadric_side(std::get<QuadricBody>(body.body()));

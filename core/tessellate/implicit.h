@@ -69,6 +69,10 @@ Implicit face_implicit(const BodyLine& body, std::uint8_t face);
 // Needs: the surface outlives the result where the label is the base's.
 Implicit face_implicit(const CompoundSurface::Impl& surface, Label label);
 
+// The plane of a triangle of a scanned base, positive above it.
+// Needs: such a base, and a triangle with an area in plan.
+Implicit facet_implicit(const CompoundSurface::Impl& surface, std::uint32_t facet);
+
 // The plane that holds the silhouette of a body's quadric side, the polar plane of the vertical:
 // positive where the outward normal points up. A side without silhouette (upright cylinder or
 // paraboloid) gives n = 0 and the value 1, -1 or 0 everywhere.

@@ -23,7 +23,10 @@ CurveSolver::CurveSolver(const CompoundSurface::Impl& surface) : surface_(&surfa
 }
 
 Implicit CurveSolver::implicit(const SurfaceRef& ref) const {
-  if (ref.solid == SurfaceRef::kBase) return face_implicit(*surface_, base_label_);
+  if (ref.solid == SurfaceRef::kBase) {
+    if (ref.facet != SurfaceRef::kWhole) return facet_implicit(*surface_, ref.facet);
+    return face_implicit(*surface_, base_label_);
+  }
   const BodyLine& body = surface_->bodies[static_cast<std::size_t>(ref.solid)];
   if (ref.face == SurfaceRef::kSilhouetteFace) return silhouette_implicit(body);
   return face_implicit(body, ref.face);

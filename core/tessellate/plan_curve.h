@@ -18,7 +18,12 @@ struct SurfaceRef {
   static constexpr std::uint8_t kSilhouetteFace = 255;
   std::int32_t solid = kNone;
   std::uint8_t face = 0;
-  friend bool operator==(const SurfaceRef&, const SurfaceRef&) = default;
+  // On a scanned base, the triangle whose plane is meant; surfaces are the same without it.
+  static constexpr std::uint32_t kWhole = 0xFFFFFFFFu;
+  std::uint32_t facet = kWhole;
+  friend bool operator==(const SurfaceRef& a, const SurfaceRef& b) {
+    return a.solid == b.solid && a.face == b.face;
+  }
 };
 
 enum class CurveType : std::uint8_t {

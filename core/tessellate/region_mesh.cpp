@@ -323,7 +323,11 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
   std::vector<std::unique_ptr<Region>> regions;
   std::vector<std::uint32_t> region_of;
   for (std::uint32_t k = 0; k < arrangement.regions.size(); ++k) {
-    if (arrangement.regions[k].label == kNoLabel) continue;
+    const Label label = arrangement.regions[k].label;
+    if (label == kNoLabel) continue;
+    if (options.skip_base &&
+        surface.steps[surface.step_of_row[static_cast<std::size_t>(row_of(label))]].solid < 0)
+      continue;
     region_of.push_back(k);
     regions.push_back(
         std::make_unique<Region>(surface, arrangement, samples, deviation, options, k));

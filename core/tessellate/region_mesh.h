@@ -20,8 +20,12 @@ struct RegionMesh {
   std::vector<Vec3> position;
   std::vector<double> border_bound;  // of a vertex: largest bound of the chords that end there
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  double largest_deviation = 0;  // chords counted
-  double unproven_area = 0;      // in plan, of triangles without a bound within the tolerance
+  // Empty, or the normals that each triangle's corners have; else those of the face's chart.
+  std::vector<Vec3> normals;
+  std::vector<std::array<std::uint32_t, 3>> corner_normals;
+  std::vector<std::vector<std::uint32_t>> creases;  // inside the region: chains of local vertices
+  double largest_deviation = 0;                     // chords counted
+  double unproven_area = 0;  // in plan, of triangles without a bound within the tolerance
 };
 
 struct RegionOptions {
@@ -30,6 +34,7 @@ struct RegionOptions {
   double shortest = 0;
   int rounds = 24;
   int threads = 0;
+  bool skip_base = false;  // a scanned base is not a face with a chart
   const std::vector<double>* grid_x =
       nullptr;  // both set: the grid's nodes instead of refinement, in plan
   const std::vector<double>* grid_y = nullptr;

@@ -11,6 +11,7 @@
 #include "core/tessellate/assemble.h"
 #include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
+#include "core/tessellate/tessellate_scan.h"
 
 namespace diesink {
 namespace {
@@ -46,9 +47,10 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
     return mesh_plain_grid(surface, box, options);
   }
   if (std::holds_alternative<MeshBase>(surface.program().base)) {
+    if (options.scheme == MeshScheme::kAdaptive) return tessellate_scan(surface, box, options);
     return Error{ErrorCode::kUnsupported,
-                 "creases on a scanned base are not in this build; a plain grid is (--mesh grid "
-                 "--no-creases)",
+                 "edge points on the grid of a scanned base are not in this build; --mesh adaptive "
+                 "and --mesh grid --no-creases are",
                  {surface.program().file}};
   }
   auto start = std::chrono::steady_clock::now();

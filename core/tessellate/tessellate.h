@@ -23,6 +23,7 @@ struct TessellationOptions {
   double tolerance = 0;         // 0 = the program's
   bool solid = false;           // close with skirts and a floor
   std::optional<double> floor;  // height of the floor; default below the lowest point
+  double feature_angle = 30;    // degrees: edges of a scanned base that turn by more are creases
   std::array<int, 2> tiles{1, 1};
   std::array<int, 2> tile{0, 0};  // which tile to make
   int threads = 0;                // 0 = all cores
@@ -66,7 +67,7 @@ struct Tessellation {
 
 // Same bytes for any thread count.
 // Errors: kInput for an empty surface or a grid over the limits; kLimit for too many triangles;
-//         kUnsupported for a MESH base, unless a grid without creases is asked for.
+//         kUnsupported for a MESH base where a grid with creases is asked for.
 Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options);
 
 }  // namespace diesink

@@ -275,8 +275,9 @@ inline double face_distance(const CompoundSurface& surface, Label label, const V
 }
 
 // The vertices of every curve on the faces that meet there, to 1e-9 of the size; curves run along
-// sides of triangles.
-inline void check_curves(const CompoundSurface& surface, const Tessellation& made, Faults& faults) {
+// sides of triangles. A scanned base is met to `base_slack`.
+inline void check_curves(const CompoundSurface& surface, const Tessellation& made, Faults& faults,
+                         double base_slack = 0) {
   const TriangleMesh& mesh = made.mesh;
   std::multimap<std::string, Label> labels;  // a solid may stand in several rows
   for (int row = 0; row < surface.row_count(); ++row) {
@@ -296,8 +297,11 @@ inline void check_curves(const CompoundSurface& surface, const Tessellation& mad
   const auto distance = [&](std::uint32_t element, const Vec3& r) {
     const auto [first, last] = labels.equal_range(mesh.elements[element].name);
     double least = std::numeric_limits<double>::infinity();
-    for (auto it = first; it != last; ++it)
-      least = std::min(least, face_distance(surface, it->second, r));
+    for (auto it = first; it != last; ++it) {
+      const bool base = surface.surface_of_row(row_of(it->second)) == 0;
+      const double away = face_distance(surface, it->second, r);
+      least = std::min(least, base ? std::max(away - base_slack, 0.0) : away);
+    }
     return least;
   };
   std::vector<std::uint64_t> sides;

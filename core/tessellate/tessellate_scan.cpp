@@ -1,0 +1,175 @@
+// The scan's top layer, thinned out as far as its share of the tolerance goes, takes the scan's
+// place: a piecewise flat base that differs from the scan by at most that share along every
+// vertical line. max and min keep that bound for the whole expression. Everything else is proved
+// against the surface over the thinned sheet. SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/tessellate_scan.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/scan_sheet.h"
+#include "core/base/scan_thin.h"
+#include "core/compound/compound_impl.h"
+#include "core/tessellate/arc_samples.h"
+#include "core/tessellate/arrangement.h"
+#include "core/tessellate/assemble.h"
+#include "core/tessellate/plain_grid.h"
+#include "core/tessellate/region_mesh.h"
+#include "core/tessellate/scan_arcs.h"
+#include "core/tessellate/scan_mesh.h"
+
+namespace diesink {
+namespace {
+
+// Of what the sheet leaves of the tolerance: what the chords of arcs may take.
+constexpr double kArcShare = 0.35;
+
+// Of the tolerance: what the sheet may differ from the scan, and the width in plan of what stands
+// for an upright wall of the scan.
+struct Shares {
+  double sheet, lean;
+};
+// Where borders come closer to one another than can be told apart, another sheet may do.
+constexpr Shares kShares[] = {{0.5, 0.1}, {0.4, 0.15}, {0.45, 0.05}, {0.3, 0.02}};
+
+double seconds_since(const std::chrono::steady_clock::time_point& start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// The same surface over the sheet in place of the scan.
+Result<CompoundSurface> over_sheet(const CompoundSurface& surface, const ScanSheet& sheet) {
+  PartProgram program = surface.program();
+  MeshBase& base = std::get<MeshBase>(program.base);
+  base.placement.clear();
+  base.fill_size = 0;
+  base.smooth_normals = false;
+  TriangleMesh mesh;
+  mesh.positions = sheet.points;
+  mesh.triangles = sheet.triangles;
+  return CompoundSurface::make(program, std::move(mesh));
+}
+
+// One way through; may_differ tells whether other shares may do where it fails.
+Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box,
+                             const TessellationOptions& options, const Shares& shares,
+                             bool& may_differ) {
+  may_differ = false;
+  const double tolerance =
+      options.tolerance > 0 ? options.tolerance : original.program().machining.tolerance;
+  const double feature_angle = options.feature_angle * (std::numbers::pi / 180);
+  auto start = std::chrono::steady_clock::now();
+  const auto tell = [&](double part) {
+    if (options.progress) options.progress(part);
+  };
+
+  ScanSheet sheet = top_sheet(std::get<ScannedSurface>(original.impl().base), box,
+                              shares.lean * tolerance, options.threads);
+  if (sheet.triangles.empty()) {
+    return Error{
+        ErrorCode::kInput, "no triangle of the scan lies in the domain", {original.program().file}};
+  }
+  ThinOptions thin;
+  thin.tolerance = shares.sheet * tolerance;
+  thin.feature_angle = feature_angle;
+  thin.box = box;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    thin.fixed_side[2 * axis] = options.tile[axis] > 0;
+    thin.fixed_side[2 * axis + 1] = options.tile[axis] + 1 < options.tiles[axis];
+  }
+  const double moved = sheet.moved;
+  const double sheet_deviation = thin_sheet(sheet, thin) + moved;
+  Result<CompoundSurface> made_surface = over_sheet(original, sheet);
+  if (!made_surface) return made_surface.error();
+  const CompoundSurface& surface = *made_surface;
+  tell(0.2);
+
+  ArrangementOptions arrangement_options;
+  arrangement_options.tolerance = tolerance;
+  arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
+  Result<Arrangement> arrangement = arrange(surface, box, arrangement_options);
+  if (!arrangement) return arrangement.error();
+  const ScanArcs arcs = cut_arcs(surface.impl(), sheet, arrangement_options.least, *arrangement);
+  const double evaluate = seconds_since(start);
+  start = std::chrono::steady_clock::now();
+  tell(0.4);
+
+  const double budget = (tolerance - sheet_deviation) * (1 - 1e-6) - 4 * surface.tie_tolerance();
+  SamplingOptions sampling;
+  sampling.sag = kArcShare * budget;
+  sampling.tolerance = budget;
+  sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
+  ArcSamples samples(surface.impl(), *arrangement, sampling);
+  samples.sample_all(options.threads);
+  tell(0.6);
+
+  RegionOptions region_options;
+  region_options.tolerance = budget;
+  region_options.shortest = sampling.shortest;
+  region_options.threads = options.threads;
+  region_options.skip_base = true;
+  Result<std::vector<RegionMesh>> regions =
+      mesh_regions(surface.impl(), *arrangement, samples, region_options);
+  may_differ = true;
+  if (!regions) return regions.error();
+  ScanMeshOptions scan_options;
+  scan_options.feature_angle = feature_angle;
+  scan_options.tolerance = budget;
+  scan_options.threads = options.threads;
+  Result<RegionMesh> base =
+      mesh_scan(surface.impl(), *arrangement, samples, sheet, arcs, scan_options);
+  if (!base) return base.error();
+  if (!base->triangles.empty()) regions->insert(regions->begin(), std::move(*base));
+  tell(0.9);
+
+  Result<Tessellation> made = assemble(surface, *arrangement, samples, *regions, options);
+  if (!made) {
+    double lowest = HUGE_VAL;
+    for (const RegionMesh& r : *regions) {
+      for (const Vec3& p : r.position) lowest = std::fmin(lowest, p.z());
+    }
+    may_differ = !options.floor || *options.floor < lowest;
+    return made.error();
+  }
+  TessellationReport& report = made->report;
+  report.tolerance = tolerance;
+  report.uncertified_area = arrangement->uncertified_area + sheet.unproven_area;
+  report.certified_deviation = samples.largest_deviation;
+  for (const RegionMesh& r : *regions) {
+    report.uncertified_area += r.unproven_area;
+    report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
+    const std::string name = surface.element_name(r.label);
+    for (ElementReport& e : report.elements) {
+      if (e.name == name)
+        e.max_deviation = std::fmax(e.max_deviation, r.largest_deviation + sheet_deviation);
+    }
+  }
+  report.certified_deviation += sheet_deviation;
+  report.uncertified_area +=
+      (samples.unproven_length + arcs.unsolved_length) * 2 * report.certified_deviation;
+  report.seconds_evaluate = evaluate;
+  report.seconds_tessellate = seconds_since(start);
+  tell(1);
+  return made;
+}
+
+}  // namespace
+
+Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanBox& box,
+                                     const TessellationOptions& options) {
+  std::optional<Error> first;
+  for (const Shares& shares : kShares) {
+    bool may_differ = false;
+    Result<Tessellation> made = attempt(surface, box, options, shares, may_differ);
+    if (made || !may_differ) return made;
+    if (!first) first = made.error();
+  }
+  // Nothing proved: the grid tells so itself.
+  TessellationOptions plain = options;
+  plain.solid = false;
+  Result<Tessellation> made = mesh_plain_grid(surface, box, plain);
+  return made ? std::move(made) : Result<Tessellation>(*first);
+}
+
+}  // namespace diesink

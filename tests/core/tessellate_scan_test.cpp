@@ -1,0 +1,216 @@
+// Meshes over a scanned base: closed, sharp against the solids, within the tolerance of the scan.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/scan_sheet.h"
+#include "core/base/scan_thin.h"
+#include "tests/support/height_mesh.h"
+#include "tests/support/load_part.h"
+#include "tests/support/mesh_proof.h"
+
+namespace diesink::test {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+CompoundSurface over(TriangleMesh scan, const std::string& solids, const std::string& expression,
+                     const std::string& machining = "TOLER,.02\n") {
+  const PartProgram program =
+      program_of((solids.empty() ? "" : "SOLID-DEF\n" + solids) + "BSURF-DEF\nMESH,scan.stl\n" +
+                 "BOOLE-DEF\n" + expression + "\nMACHI-DEF\n" + machining);
+  Result<CompoundSurface> surface = CompoundSurface::make(program, std::move(scan));
+  if (!surface) throw std::runtime_error(to_text(surface.error()));
+  return std::move(*surface);
+}
+
+// The same noise everywhere: -1 .. 1.
+double noise(double x, double y) {
+  const double s = std::sin(12.9898 * x + 78.233 * y) * 43758.5453;
+  return 2 * (s - std::floor(s)) - 1;
+}
+
+double relief(double x, double y) { return 2 * std::sin(x / 9) * std::cos(y / 7); }
+
+TriangleMesh noisy(std::uint32_t n, double amplitude) {
+  return height_mesh(0, 60, n, 0, 40, n * 2 / 3,
+                     [&](double x, double y) { return relief(x, y) + amplitude * noise(x, y); });
+}
+
+constexpr const char* kBoss = "S1,R-CYLI,2\nP1,20,20,-5\nNOR,.1,.2,1\nRAD,7\nLEN,14\n";
+constexpr const char* kPocket = "S2,SPHER\nP1,42,22,3\nRAD,9\n";
+
+// The faces cover the plan once, but for what chords beside a steep silhouette may cut.
+void check_plan(const Tessellation& made, Faults& faults) {
+  const TriangleMesh& mesh = made.mesh;
+  double over = 0, sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (role_of(mesh, t) != ElementRole::kFace) continue;
+    const auto& v = mesh.triangles[t];
+    const double twice =
+        plan_area2(mesh.positions[v[0]], mesh.positions[v[1]], mesh.positions[v[2]]);
+    sum += 0.5 * twice;
+    over += std::fmax(-0.5 * twice, 0.0);
+  }
+  const auto& d = made.report.domain;
+  const double domain = (d[1] - d[0]) * (d[3] - d[2]);
+  if (over > 1e-6 * domain) faults.add("plan area of what is turned over", over, 0.0);
+  if (sum > domain * (1 + 1e-9)) faults.add("plan area beyond the domain", sum, domain);
+}
+
+// Faults of the sheet and of the solid; vertices where a solid meets the base lie on the solid.
+std::string faults_over(const CompoundSurface& surface, bool solid,
+                        std::size_t* triangles = nullptr) {
+  ProofOptions options;
+  options.tessellation.solid = solid;
+  options.samples = 1500;
+  const Result<Tessellation> made = tessellate(surface, options.tessellation);
+  if (!made) return "refused: " + to_text(made.error());
+  if (triangles != nullptr) *triangles = made->mesh.triangles.size();
+  Faults faults;
+  check_topology(made->mesh, solid, faults);
+  check_plan(*made, faults);
+  check_report(*made, solid, faults);
+  const double t = made->report.tolerance;
+  check_deviation(surface, *made, t, options.samples, options.seed, faults);
+  check_curves(surface, *made, faults, t);
+  if (made->report.uncertified_area > 0)
+    faults.add("uncertified area", made->report.uncertified_area, 0.0);
+  return faults.text();
+}
+
+TEST(TessellateScan, BossAndPocketOnANoisyScan) {
+  const CompoundSurface surface = over(noisy(61, 0.01), std::string(kBoss) + kPocket, "B+S1-S2");
+  EXPECT_EQ(faults_over(surface, false), "");
+  EXPECT_EQ(faults_over(surface, true), "");
+}
+
+TEST(TessellateScan, NothingButTheScan) {
+  EXPECT_EQ(faults_over(over(noisy(41, 0.05), "", "B"), true), "");
+}
+
+TEST(TessellateScan, FlatScanTakesFewTriangles) {
+  std::size_t triangles = 0;
+  const CompoundSurface surface =
+      over(height_mesh(0, 60, 301, 0, 40, 201,
+                       [](double x, double y) { return 0.1 * x + 0.05 * y + 0.004 * noise(x, y); }),
+           "", "B");
+  EXPECT_EQ(faults_over(surface, false, &triangles), "");
+  EXPECT_LT(triangles, 200u);
+}
+
+TEST(TessellateScan, HolesEndTheSurface) {
+  TriangleMesh scan = height_mesh(0, 60, 61, 0, 40, 41, [](double x, double y) {
+    return std::hypot(x - 44, y - 24) < 6 || std::hypot(x - 20, y - 27) < 4 ? kNaN : relief(x, y);
+  });
+  for (Vec3& p : scan.positions) {
+    if (std::isnan(p.z())) p.z() = 0;  // no triangle has it
+  }
+  const CompoundSurface surface =
+      over(scan, "S1,R-CYLI,2\nP1,20,20,-5\nNOR,.1,.1,1\nRAD,7\nLEN,13\n" + std::string(kPocket),
+           "B+S1-S2");
+  EXPECT_EQ(faults_over(surface, false), "");
+  EXPECT_EQ(faults_over(surface, true), "");
+}
+
+// A plateau pushed outwards over the ground: layers over one another under its rim.
+TriangleMesh overhanging() {
+  TriangleMesh scan = height_mesh(0, 60, 61, 0, 40, 41, [](double x, double y) {
+    return 6 / (1 + std::exp((std::hypot(x - 38, y - 21) - 9) / 0.7));
+  });
+  for (Vec3& p : scan.positions) {
+    const Vec2 out(p.x() - 38, p.y() - 21);
+    const double r = out.norm();
+    if (r > 0) p.head<2>() += 3 * std::exp(-(r - 8) * (r - 8) / 1.5) / r * out;
+  }
+  return scan;
+}
+
+TEST(TessellateScan, OverhangIsSeenFromAbove) {
+  const CompoundSurface surface = over(overhanging(), kBoss, "B+S1", "TOLER,.05\n");
+  ProofOptions options;
+  options.tessellation.solid = true;
+  const Result<Tessellation> made = tessellate(surface, options.tessellation);
+  ASSERT_TRUE(made);
+  Faults faults;
+  check_topology(made->mesh, true, faults);
+  check_plan(*made, faults);
+  check_report(*made, true, faults);
+  // Under the rim not every triangle is proved: told, and never far off.
+  check_deviation(surface, *made, 5 * made->report.tolerance, 1500, 1, faults);
+  EXPECT_EQ(faults.text(), "");
+  EXPECT_LT(made->report.uncertified_area, 2.0);  // told, and little of 2400
+}
+
+TEST(TessellateScan, WallsAlongTheEdgesOfTheScan) {
+  // The box's walls stand exactly on the scan's own lines, its corners on vertices.
+  const std::string box = "S1,4-PRIS,3\nP1,10,10,-5\nP2,30,25,4\n";
+  const CompoundSurface surface = over(noisy(61, 0.01), box, "B+S1");
+  EXPECT_EQ(faults_over(surface, true), "");
+}
+
+TEST(TessellateScan, FlatTopGrazesTheScan) {
+  const std::string box = "S1,4-PRIS,3\nP1,10.3,10.3,-5\nP2,50.3,30.3,1.2\n";
+  EXPECT_EQ(faults_over(over(noisy(61, 0.01), box, "B+S1"), true), "");
+}
+
+TEST(TessellateScan, GroupsAndDomainInsideTheScan) {
+  const CompoundSurface surface =
+      over(noisy(61, 0.01), std::string(kBoss) + kPocket, "B+(S1-S2)-S2",
+           "TOLER,.02\nX-RNG,7.3,51.1\nY-RNG,5.2,33.9\n");
+  EXPECT_EQ(faults_over(surface, true), "");
+}
+
+TEST(TessellateScan, FeatureEdgesAreCreases) {
+  // A roof: one sharp ridge that no thinning may lose.
+  const CompoundSurface surface =
+      over(height_mesh(0, 60, 61, 0, 40, 41, [](double, double y) { return -std::fabs(y - 20); }),
+           kBoss, "B+S1");
+  EXPECT_EQ(faults_over(surface, true), "");
+  const Result<Tessellation> made = tessellate(surface, {});
+  ASSERT_TRUE(made);
+  double ridge = 0;
+  for (const CurveReport& c : made->report.curves) {
+    if (c.between[0] == "B" && c.between[1] == "B") ridge += c.length;
+  }
+  EXPECT_NEAR(ridge, 60 - 14, 1.5);  // but for what the boss covers
+}
+
+TEST(TessellateScan, ThinnedSheetKeepsItsWord) {
+  const CompoundSurface surface = over(noisy(91, 0.02), "", "B");
+  const ScannedSurface& scan = std::get<ScannedSurface>(surface.impl().base);
+  ScanSheet sheet = top_sheet(scan, scan.plan_box(), 1e-3);
+  const std::size_t before = sheet.triangles.size();
+  const double told = thin_sheet(sheet, {0.03, 0.5, scan.plan_box(), {}});
+  EXPECT_LT(sheet.triangles.size(), before / 3);
+  EXPECT_LE(told, 0.03);
+  TriangleMesh mesh;
+  mesh.positions = sheet.points;
+  mesh.triangles = sheet.triangles;
+  const Result<ScannedSurface> thin = ScannedSurface::make(mesh, {});
+  ASSERT_TRUE(thin);
+  double worst = 0;
+  Random random(5);
+  for (int k = 0; k < 200000; ++k) {
+    const double x = random.uniform(0, 60), y = random.uniform(0, 40);
+    BaseHit a, b;
+    ASSERT_TRUE(scan.at(x, y, a) && thin->at(x, y, b));
+    worst = std::fmax(worst, std::fabs(a.z - b.z));
+  }
+  EXPECT_LE(worst, told * (1 + 1e-9));
+  EXPECT_GE(worst, 0.5 * told);  // the bound is a measurement
+}
+
+TEST(TessellateScan, SameBytesForAnyThreads) {
+  const CompoundSurface surface = over(noisy(61, 0.01), std::string(kBoss) + kPocket, "B+S1-S2");
+  TessellationOptions one, three;
+  one.threads = 1;
+  three.threads = 3;
+  const Result<Tessellation> a = tessellate(surface, one), b = tessellate(surface, three);
+  ASSERT_TRUE(a && b);
+  EXPECT_TRUE(same_bytes(a->mesh, b->mesh));
+}
+
+}  // namespace
+}  // namespace diesink::test
