@@ -9,6 +9,7 @@
 #include "convert/input.h"
 #include "convert/paths.h"
 #include "core/grid/edges.h"
+#include "core/parallel.h"
 #include "formats/csv_cc_data.h"
 #include "formats/csv_points.h"
 #include "formats/input_file.h"
@@ -142,15 +143,30 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
     if (const ExitStatus status = report(diagnostics); status != ExitStatus::kDone) return status;
   }
   if (options.points.empty() || !options.edges.empty()) {
+    const Machining& m = surface.program().machining;
+    const WorkAmount points{
+        grid_line_count(m.x_range, m.x_interval) * grid_line_count(m.y_range, m.y_interval),
+        "points"};
+    progress.next("evaluating", points);
+    const ProgressSpan span(progress.told(), 0, 1);
     Result<GridArray> grid = evaluate_grid(surface, common.threads);
     if (!grid) return report(grid.error());
     data.grid = std::move(*grid);
   }
-  progress.next("finding edges");
-  if (!options.edges.empty()) data.edges = find_edges(surface, data.grid, common.threads);
-  progress.next("writing " + options.output);
+  if (!options.edges.empty()) {
+    progress.next("finding edges", {static_cast<double>(data.grid.size()), "points"});
+    const ProgressSpan span(progress.told(), 0, 1);
+    data.edges = find_edges(surface, data.grid, common.threads);
+  }
+  const std::size_t points = options.points.empty() ? data.grid.size() : data.points.size();
+  progress.next("writing " + options.output, {static_cast<double>(points), "points"});
   OutputFiles files;
-  if (Status done = write_points(surface, options, data, files); !done) return report(done.error());
+  {
+    const ProgressSpan span(progress.told(), 0, 1);
+    if (Status done = write_points(surface, options, data, files); !done)
+      return report(done.error());
+  }
+  if (!options.edges.empty()) progress.next("writing " + options.edges);
   if (Status done = write_edges(surface, options, data, files); !done) return report(done.error());
   if (Status done = files.commit(); !done) return report(done.error());
   return common.json ? print(summary_json(options, data)) : ExitStatus::kDone;

@@ -5,10 +5,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+
+#include "formats/output_file.h"
 
 namespace diesink {
 namespace {
@@ -37,6 +41,31 @@ std::string colored(std::string text, std::string_view word, std::string_view co
   if (at == std::string::npos) return text;
   text.insert(at + word.size(), kPlain);
   text.insert(at, color);
+  return text;
+}
+
+// "1.2 M points", "640 MB", "35 points"
+std::string amount_text(double value, std::string_view unit) {
+  constexpr std::array<std::string_view, 4> kPrefixes{"", "k", "M", "G"};
+  std::size_t k = 0;
+  for (; value >= 1000 && k + 1 < kPrefixes.size(); ++k) value /= 1000;
+  char number[32];
+  std::snprintf(number, sizeof number, k > 0 && value < 10 ? "%.1f" : "%.0f", value);
+  std::string text = number;
+  if (unit == "B") return text + " " + std::string(kPrefixes[k]) + "B";
+  if (k > 0) text += " " + std::string(kPrefixes[k]);
+  return text + " " + std::string(unit);
+}
+
+std::string seconds_text(double seconds) {
+  constexpr double kMinute = 60, kLong = 100;
+  char text[32];
+  if (seconds < kLong) {
+    std::snprintf(text, sizeof text, "%.0f s", seconds);
+  } else {
+    const double minutes = std::floor(seconds / kMinute);
+    std::snprintf(text, sizeof text, "%.0f min %02.0f s", minutes, seconds - kMinute * minutes);
+  }
   return text;
 }
 
@@ -101,8 +130,12 @@ ExitStatus print(std::string_view text) {
   return report(Error{ErrorCode::kOutput, std::strerror(failure), Place{"stdout", 0, 0, -1}});
 }
 
-Progress::Progress(std::string work, bool quiet)
-    : work_(std::move(work)), begun_(Clock::now()), work_begun_(begun_) {
+Progress::Progress(std::string work, bool quiet, WorkAmount amount)
+    : work_(std::move(work)),
+      amount_(amount),
+      begun_(Clock::now()),
+      work_begun_(begun_),
+      written_before_(bytes_written()) {
   if (quiet || isatty(STDERR_FILENO) != 1) return;
   drawer_ = std::jthread([this](const std::stop_token& stop) { draw_until(stop); });
 }
@@ -112,10 +145,12 @@ Progress::~Progress() {
   stopped_.notify_all();
 }
 
-void Progress::next(std::string work) {
+void Progress::next(std::string work, WorkAmount amount) {
   const std::scoped_lock lock(guard_);
   work_ = std::move(work);
+  amount_ = amount;
   work_begun_ = Clock::now();
+  written_before_ = bytes_written();
   part_ = 0;
 }
 
@@ -136,17 +171,29 @@ std::string Progress::line(Clock::time_point now) const {
   const double elapsed = std::chrono::duration<double>(now - work_begun_).count();
   const double part = std::clamp(part_.load(std::memory_order_relaxed), 0.0, 1.0);
   std::string text = "\r" + work_;
-  char figures[96];
-  if (part > 0) {
-    constexpr std::size_t kWidth = 30;
-    const auto filled = static_cast<std::size_t>(part * kWidth);
-    text += " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
-    std::snprintf(figures, sizeof figures, " %d %%, %.1f %%/s, %.0f s left",
-                  static_cast<int>(100 * part), 100 * part / elapsed, elapsed * (1 - part) / part);
-  } else {
-    std::snprintf(figures, sizeof figures, " ... %.0f s", elapsed);
+  if (!(part > 0)) {
+    if (amount_.whole > 0) text += " " + amount_text(amount_.whole, amount_.unit);
+    // What cannot tell its part at least tells how fast it writes.
+    const auto written = static_cast<double>(bytes_written() - written_before_);
+    if (written > 0) {
+      text += ", " + amount_text(written, "B") + ", " + amount_text(written / elapsed, "B") + "/s";
+    }
+    return text + " ... " + seconds_text(elapsed) + "\x1b[K";
   }
-  return text + figures + "\x1b[K";
+  constexpr std::size_t kWidth = 30;
+  const auto filled = static_cast<std::size_t>(part * kWidth);
+  text += " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "] " +
+          std::to_string(static_cast<int>(100 * part)) + " %, ";
+  // The ends of things are seldom told.
+  if (part >= 1) return text + "finishing ... " + seconds_text(elapsed) + "\x1b[K";
+  if (amount_.whole > 0) {
+    text += amount_text(part * amount_.whole / elapsed, amount_.unit) + "/s, ";
+  } else {
+    char rate[32];
+    std::snprintf(rate, sizeof rate, "%.1f %%/s, ", 100 * part / elapsed);
+    text += rate;
+  }
+  return text + seconds_text(elapsed * (1 - part) / part) + " left\x1b[K";
 }
 
 double Stopwatch::lap() {

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -42,31 +44,46 @@ void report_warning(const std::string& file, std::string message);
 // A whole answer on stdout. A full disk or a closed pipe is kNotWritten, told on stderr.
 ExitStatus print(std::string_view text);
 
+// How much there is of a piece of work, where that is known: {2e6, "points"}, {bytes, "B"}.
+struct WorkAmount {
+  double whole = 0;
+  std::string_view unit = "";  // of a string that stays
+};
+
 // A progress line on stderr: only on a terminal, only once the work has lasted over a second. A
 // thread of its own draws it, so that work which cannot tell its part still shows that it goes on.
 class Progress {
  public:
   // `work` is what is being done ("tessellating"); nothing is ever shown where `quiet`.
-  Progress(std::string work, bool quiet);
+  Progress(std::string work, bool quiet, WorkAmount amount = {});
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress();
 
-  // part: 0..1 of the work. Cheap to call often, from any thread.
-  void update(double part) { part_.store(part, std::memory_order_relaxed); }
+  // part: 0..1 of the work; never goes back. Cheap to call often, from any thread.
+  void update(double part) {
+    double before = part_.load(std::memory_order_relaxed);
+    while (part > before && !part_.compare_exchange_weak(before, part, std::memory_order_relaxed)) {
+    }
+  }
+  // update(), for a ProgressSpan (core/parallel.h).
+  [[nodiscard]] const std::function<void(double)>& told() const { return told_; }
   // The next piece of work, whose part is not known yet.
-  void next(std::string work);
+  void next(std::string work, WorkAmount amount = {});
 
  private:
   using Clock = std::chrono::steady_clock;
   void draw_until(const std::stop_token& stop);
   [[nodiscard]] std::string line(Clock::time_point now) const;
 
+  const std::function<void(double)> told_ = [this](double part) { update(part); };
   std::string work_;
+  WorkAmount amount_;
   Clock::time_point begun_;       // the whole
   Clock::time_point work_begun_;  // this piece
+  std::uint64_t written_before_ = 0;
   std::atomic<double> part_{0};
-  std::mutex guard_;  // of work_ and work_begun_
+  std::mutex guard_;  // of work_, amount_ and work_begun_
   std::condition_variable_any stopped_;
   std::jthread drawer_;  // where it is shown at all
 };

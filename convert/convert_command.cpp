@@ -109,9 +109,10 @@ std::string as_json(const MeshFile& in, const MeshTarget& target, const WrittenM
 
 ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile& in,
                    const MeshTarget& target, const Diagnostics& read) {
-  Progress progress("mending", common.quiet);
+  const WorkAmount triangles{static_cast<double>(in.mesh.triangles.size()), "triangles"};
+  Progress progress("mending", common.quiet, triangles);
   const Mended mended = mend(in.mesh, options);
-  progress.next("writing " + target.path);
+  progress.next("writing " + target.path, triangles);
   Diagnostics told;
   const auto warn = [&](const std::string& file, const std::vector<std::string>& messages) {
     for (const std::string& each : messages) told.warning(each, {file, 0, 0, -1});

@@ -106,7 +106,7 @@ Status Exporter::make_tile(const std::array<int, 2>& tile) {
   add_tile(figures_, *made, before == 0);
   figures_.surface.tolerance = tolerance_;
   Stopwatch watch;
-  progress_.next("writing");
+  progress_.next("writing", {static_cast<double>(made->mesh.triangles.size()), "triangles"});
   group_triangles(made->mesh, options_.groups);
   Status written = write_tile(*made, tile);
   figures_.seconds.write += watch.lap();

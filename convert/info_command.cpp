@@ -41,7 +41,8 @@ ExitStatus tell_mesh(std::span<const std::byte> bytes, const Options& options,
   const Loaded<MeshFile> file = load_mesh(bytes, options.file, options.in, common, diagnostics);
   if (!file.value) return file.status;
   const MeshTopology topology = [&] {
-    const Progress progress("counting", common.quiet);
+    const Progress progress("counting", common.quiet,
+                            {static_cast<double>(file.value->mesh.triangles.size()), "triangles"});
     return topology_of(file.value->mesh);
   }();
   return print(common.json ? mesh_info_json(*file.value, topology, diagnostics)

@@ -8,6 +8,7 @@
 
 #include "convert/arguments.h"
 #include "convert/memory_limit.h"
+#include "core/parallel.h"
 
 namespace diesink {
 
@@ -44,7 +45,9 @@ Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string&
     read.max_triangles = static_cast<std::size_t>(*options.max_triangles) * 1'000'000;
   }
   Result<MeshFile> file = [&] {
-    const Progress progress("reading " + path, common.quiet);
+    const Progress progress("reading " + path, common.quiet,
+                            {static_cast<double>(bytes.size()), "B"});
+    const ProgressSpan span(progress.told(), 0, 1);
     return read_mesh_bytes(bytes, path, read, diagnostics);
   }();
   const ExitStatus told = report(diagnostics);

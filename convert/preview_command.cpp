@@ -46,17 +46,20 @@ Loaded<Picture> make_picture(std::span<const std::byte> bytes, const Options& op
   };
   PreviewOptions how = options.picture;
   how.threads = common.threads;
+  const WorkAmount pixels{static_cast<double>(how.size[0]) * how.size[1], "pixels"};
   if (is_part_program(bytes, options.file)) {
     const Loaded<PartProgram> program = load_part_program(bytes, options.file, diagnostics);
     if (!program.value) return {std::nullopt, program.status};
     const Loaded<CompoundSurface> surface = make_surface(*program.value);
     if (!surface.value) return {std::nullopt, surface.status};
-    const Progress progress("drawing", common.quiet);
+    const Progress progress("drawing", common.quiet, pixels);
+    how.progress = progress.told();
     return told(preview(*surface.value, how));
   }
   const Loaded<MeshFile> mesh = load_mesh(bytes, options.file, options.in, common, diagnostics);
   if (!mesh.value) return {std::nullopt, mesh.status};
-  const Progress progress("drawing", common.quiet);
+  const Progress progress("drawing", common.quiet, pixels);
+  how.progress = progress.told();
   return told(preview(mesh.value->mesh, how));
 }
 

@@ -66,7 +66,8 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   if (!scene.value) return scene.status;
   if (scene.value->title.empty()) scene.value->title = stem_of(options.sources.files[0]);
   const Result<std::string> page = [&] {
-    const Progress progress("packing", common.quiet);
+    const Progress progress("packing", common.quiet,
+                            {static_cast<double>(scene.value->mesh.triangles.size()), "triangles"});
     return viewer_page_of(*scene.value);
   }();
   if (!page) return report(page.error());

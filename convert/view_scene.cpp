@@ -9,6 +9,7 @@
 #include "convert/mesh_frame.h"
 #include "convert/path_check.h"
 #include "convert/path_input.h"
+#include "core/parallel.h"
 #include "core/tessellate/tessellate.h"
 #include "formats/input_file.h"
 #include "picture/sharp_edges.h"
@@ -166,8 +167,9 @@ ExitStatus show_part(Scene& scene, const CompoundSurface& part, const ViewSource
     return report(Error{
         ErrorCode::kInput, "there is no surface over the domain", {part.program().file, 0, 0, -1}});
   }
-  progress.next("measuring");
   scene.mesh = std::move(made->mesh);
+  progress.next("measuring", {static_cast<double>(scene.mesh.triangles.size()), "triangles"});
+  const ProgressSpan span(progress.told(), 0, 1);
   const Palette palette = palette_of(part);
   sort_elements(scene.mesh, palette);
   scene.elements = elements_of(scene.mesh, palette, &made->report);
@@ -189,12 +191,14 @@ ExitStatus show_mesh(Scene& scene, TriangleMesh mesh, const CompoundSurface* par
   }
   std::vector<std::string> warnings;
   if (Status done = change_frame(mesh, frame, warnings); !done) return report(done.error());
-  Progress progress("finding edges", common.quiet);
+  const WorkAmount triangles{static_cast<double>(mesh.triangles.size()), "triangles"};
+  Progress progress("finding edges", common.quiet, triangles);
   if (mesh.curves.empty()) mesh.curves = sharp_edges(mesh, kSharpDegrees);
   if (mesh.corner_normals.empty()) smooth_normals(mesh, kSharpDegrees);
   scene.elements = elements_of(mesh, palette_of(mesh), nullptr);
   if (part != nullptr) {
-    progress.next("measuring");
+    progress.next("measuring", triangles);
+    const ProgressSpan span(progress.told(), 0, 1);
     scene.tolerance = part->program().machining.tolerance;
     scene.deviations = mesh_deviations(mesh, *part, false, common.threads);
     scene.deviation_scale = std::max(scene.tolerance, usual_largest(scene.deviations));

@@ -6,13 +6,28 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace diesink {
+namespace {
+
+thread_local const ProgressSpan* innermost_span = nullptr;
+
+}  // namespace
+
+ProgressSpan::ProgressSpan(const std::function<void(double)>& told, double low, double high)
+    : told_(told), low_(low), high_(high), outer_(std::exchange(innermost_span, this)) {}
+
+ProgressSpan::~ProgressSpan() { innermost_span = outer_; }
 
 int thread_count(int asked) {
   if (asked > 0) return asked;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void tell_progress(double part) {
+  if (innermost_span != nullptr) innermost_span->tell(part);
 }
 
 void parallel_blocks(
@@ -21,13 +36,16 @@ void parallel_blocks(
   const std::size_t blocks = (count + block - 1) / block;
   const int workers =
       static_cast<int>(std::min(blocks, static_cast<std::size_t>(thread_count(threads))));
-  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> next{0}, done{0};
+  // Away while this thread works on a block: what that does in parallel is no part of these blocks.
+  const ProgressSpan* const span = std::exchange(innermost_span, nullptr);
   std::exception_ptr failure;
   std::mutex failed;
   const auto run = [&](int worker) {
     try {
       for (std::size_t b = next++; b < blocks; b = next++) {
         work(b * block, std::min(count, (b + 1) * block), worker);
+        if (span != nullptr) span->tell(static_cast<double>(++done) / static_cast<double>(blocks));
       }
     } catch (...) {
       next = blocks;
@@ -46,6 +64,7 @@ void parallel_blocks(
     }
     run(0);
   }
+  innermost_span = span;
   if (failure) std::rethrow_exception(failure);
 }
 

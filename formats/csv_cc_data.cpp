@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/parallel.h"
 #include "formats/json_writer.h"
 
 namespace diesink {
@@ -64,6 +65,7 @@ void each_point(const CompoundSurface& surface, const GridArray& grid, const Put
   std::size_t at = 0;
   for (const double y : grid.y()) {
     for (const double x : grid.x()) put(x, y, grid.at(surface, at++));
+    tell_progress(static_cast<double>(at) / static_cast<double>(grid.size()));
   }
 }
 

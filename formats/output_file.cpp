@@ -23,6 +23,7 @@ constexpr std::size_t kSlots = 256;
 std::array<std::atomic<Slot>, kSlots> slot_state{};
 std::array<std::array<char, PATH_MAX>, kSlots> slot_path{};
 std::atomic<unsigned> next_number{0};
+std::atomic<std::uint64_t> total_written{0};
 
 constexpr std::size_t kNoSlot = kSlots;
 
@@ -140,6 +141,7 @@ class OutputFiles::Sink final : public ByteSink {
         return cannot("write", shown_, failed_);
       }
       bytes = bytes.subspan(static_cast<std::size_t>(done));
+      total_written.fetch_add(static_cast<std::uint64_t>(done), std::memory_order_relaxed);
     }
     return ok();
   }
@@ -256,6 +258,8 @@ Status write_file(const std::string& target, std::string_view content) {
   if (const Status put = (*sink)->put(std::as_bytes(std::span(content))); !put) return put;
   return output.commit();
 }
+
+std::uint64_t bytes_written() noexcept { return total_written.load(std::memory_order_relaxed); }
 
 void unlink_temporaries() noexcept {
   for (std::size_t i = 0; i < kSlots; ++i) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -53,6 +54,9 @@ class OutputFileSet final : public FileSet {
 Status write_files(const std::string& target, std::span<const FileBytes> files);
 // The same for one text or binary content.
 Status write_file(const std::string& target, std::string_view content);
+
+// Bytes that the program has written to outputs so far, by all threads.
+std::uint64_t bytes_written() noexcept;
 
 // Unlinks every temporary file that is open now. Async-signal-safe: for the handler of an interrupt
 // that ends the program.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/parallel.h"
 #include "core/tessellate/tessellate.h"
 #include "picture/annotate.h"
 #include "picture/mesh_film.h"
@@ -63,7 +64,10 @@ Picture develop(Film& film, const TriangleMesh& mesh, std::span<const MeshCurve>
                 const Camera& camera, const Paint& paint, const Layout& layout,
                 const PreviewOptions& options) {
   const double reach = 0.035 * static_cast<double>(std::min(film.width, film.height));
-  occlude(film, camera.scale, reach, options.threads);
+  {
+    const ProgressSpan span(options.progress, 0.7, 0.9);
+    occlude(film, camera.scale, reach, options.threads);
+  }
   Canvas canvas(film);
   draw_curves(mesh, curves, camera, film, canvas);
   if (!options.bare) annotate(film, camera, paint, layout, unit_text(mesh.unit), canvas);
@@ -90,6 +94,9 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
   const bool plan = options.view == View::kPlan;
   TessellationOptions how;
   how.threads = options.threads;
+  how.progress = [&](double part) {
+    if (options.progress) options.progress(0.2 * part);
+  };
   how.tolerance = deviation ? tolerance : 0.2 * pixel_length(surface, layout);
   how.solid = !plan && !deviation;
   Result<Tessellation> die = tessellate(surface, how);
@@ -112,6 +119,7 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
   layout = make_layout(width_of(options), height_of(options), paint, options.bare);
   const Camera camera = make_camera(options.view, box, layout.surface);
   Film film(width_of(options), height_of(options));
+  const ProgressSpan span(options.progress, 0.2, 0.7);
   if (plan && !deviation) {
     film_plan(surface, camera, paint, options.threads, film);
   } else {
@@ -143,6 +151,7 @@ Result<Picture> preview(const TriangleMesh& given, const PreviewOptions& options
   const Layout layout = make_layout(width_of(options), height_of(options), paint, options.bare);
   const Camera camera = make_camera(options.view, box, layout.surface);
   Film film(width_of(options), height_of(options));
+  const ProgressSpan span(options.progress, 0, 0.7);
   film_mesh(mesh, camera, paint, options.threads, film);
   const std::vector<MeshCurve> found =
       mesh.curves.empty() ? sharp_edges(mesh, kSharpDegrees) : std::vector<MeshCurve>{};

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/compound/compound_surface.h"
@@ -20,6 +21,8 @@ struct PreviewOptions {
   std::array<int, 2> size{1600, 1200};  // pixels
   bool bare = false;                    // no legend, scale bar and axes
   int threads = 0;                      // 0 = all cores
+  // Called now and then with the part done, 0..1, from any thread; may be empty.
+  std::function<void(double)> progress;
 };
 
 struct Picture {

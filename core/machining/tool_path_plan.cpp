@@ -7,6 +7,7 @@
 #include "core/machining/reach.h"
 #include "core/machining/wide_surface.h"
 #include "core/number.h"
+#include "core/parallel.h"
 #include "core/tessellate/tessellate.h"
 
 namespace diesink {
@@ -70,13 +71,16 @@ Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions&
   TessellationOptions mesh_options;
   mesh_options.tolerance = (options.intol + options.outtol) / 8;
   mesh_options.threads = options.threads;
+  mesh_options.progress = [&](double part) { progress(0.3 * part); };
   const Result<Tessellation> mesh = tessellate(*wide, mesh_options);
   if (!mesh) return mesh.error();
   progress(0.3);
-  Result<PlannedPath> planned =
-      options.method == PathMethod::kCc
-          ? plan_cc_path(surface, mesh->mesh, mesh->report.certified_deviation, options)
-          : plan_drop_path(mesh->mesh, mesh->report.certified_deviation, domain, options);
+  Result<PlannedPath> planned = [&] {
+    const ProgressSpan span(options.progress, 0.3, 0.8);
+    return options.method == PathMethod::kCc
+               ? plan_cc_path(surface, mesh->mesh, mesh->report.certified_deviation, options)
+               : plan_drop_path(mesh->mesh, mesh->report.certified_deviation, domain, options);
+  }();
   if (!planned) return planned;
   progress(0.8);
   const PartProgram& program = surface.program();
@@ -87,6 +91,7 @@ Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions&
   planned->report.uncertified_area = mesh->report.uncertified_area;
   const OffsetSurface offset(mesh->mesh, *CutterShape::make(options.cutter), 0);
   const PointDrop drop(offset);
+  const ProgressSpan span(options.progress, 0.8, 1);
   const UnreachableArea unreachable =
       unreachable_area(*wide, offset, drop, domain, options.outtol + mesh_options.tolerance,
                        kReachSamples, options.threads);

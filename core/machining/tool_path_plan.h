@@ -32,7 +32,7 @@ struct PathOptions {
   std::optional<double> clearance;  // height of rapid moves; default a diameter above the surface
   bool keep_interference = false;   // cc only: leave the loops in, to look at
   int threads = 0;                  // 0 = all cores
-  // Called now and then with the part done, 0..1; may be empty.
+  // Called now and then with the part done, 0..1, from any thread; may be empty.
   std::function<void(double)> progress;
 };
 

@@ -217,9 +217,6 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     return input_error("a spacing of " + number_text(spacing) +
                        " gives more than 50 million points");
   }
-  const auto progress = [&](double part) {
-    if (options.progress) options.progress(part);
-  };
   const PlanLattice lattice = lattice_over(machining, spacing);
   const std::vector<SweepMove> moves = moves_of(path);
   VerifyReport report;
@@ -235,10 +232,15 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     }
   }
 
-  const Gouge gouge = GougeSearch(mesh, *cutter).deepest(moves, options.threads);
-  progress(0.5);
-  const std::vector<double> swept = swept_heights(*cutter, moves, lattice, options.threads);
-  progress(0.8);
+  const Gouge gouge = [&] {
+    const ProgressSpan span(options.progress, 0, 0.5);
+    return GougeSearch(mesh, *cutter).deepest(moves, options.threads);
+  }();
+  const std::vector<double> swept = [&] {
+    const ProgressSpan span(options.progress, 0.5, 0.8);
+    return swept_heights(*cutter, moves, lattice, options.threads);
+  }();
+  const ProgressSpan span(options.progress, 0.8, 1);
   const LatticeCheck check(surface, *cutter, lattice, options);
   const Gouge on_surface = surface_gouge(*cutter, moves, lattice, check.z(), swept,
                                          gouge.depth + deviation, options.threads);
@@ -275,7 +277,6 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
   report.cusp_p50 = percentile(cusps, 0.5);
   report.cusp_p99 = percentile(cusps, 0.99);
   report.cusp_max = percentile(cusps, 1);
-  progress(1);
   return report;
 }
 

@@ -20,7 +20,7 @@ struct VerifyOptions {
   std::optional<double> cusp;
   std::optional<double> spacing;  // of the lattice of cusps; default a fortieth of the diameter
   int threads = 0;                // 0 = all cores
-  std::function<void(double)> progress;  // 0..1; may be empty
+  std::function<void(double)> progress;  // 0..1, from any thread; may be empty
 };
 
 // What a lattice point of the domain is; the map's pixels.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/grid/grid_array.h"
+#include "core/parallel.h"
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
@@ -83,7 +84,10 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
     sampling.grid_y = &ys;
   }
   ArcSamples samples(surface.impl(), *arrangement, sampling);
-  samples.sample_all(options.threads);
+  {
+    const ProgressSpan span(options.progress, 0.2, 0.4);
+    samples.sample_all(options.threads);
+  }
   tell(0.4);
 
   RegionOptions region_options;
@@ -92,8 +96,10 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
   region_options.threads = options.threads;
   region_options.grid_x = sampling.grid_x;
   region_options.grid_y = sampling.grid_y;
-  Result<std::vector<RegionMesh>> regions =
-      mesh_regions(surface.impl(), *arrangement, samples, region_options);
+  Result<std::vector<RegionMesh>> regions = [&] {
+    const ProgressSpan span(options.progress, 0.4, 0.9);
+    return mesh_regions(surface.impl(), *arrangement, samples, region_options);
+  }();
   if (!regions) return regions.error();
   tell(0.9);
 

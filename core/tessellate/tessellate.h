@@ -27,7 +27,7 @@ struct TessellationOptions {
   std::array<int, 2> tiles{1, 1};
   std::array<int, 2> tile{0, 0};  // which tile to make
   int threads = 0;                // 0 = all cores
-  // Called now and then with the part done, 0..1, from one thread at a time; may be empty.
+  // Called now and then with the part done, 0..1, from any thread; may be empty.
   std::function<void(double)> progress;
 };
 

@@ -272,9 +272,29 @@ class Outputs(CommandLineTest):
     def test_progress_on_a_terminal_after_a_second(self):
         # More than a pipe holds: the program waits for its reader.
         words = ["cc", FIG6, "-o", "-"]
-        self.assertIn(b"\rwriting - ... ", self.on_terminal(*words, seconds=2))
+        self.assertRegex(self.on_terminal(*words, seconds=2), rb"\rwriting - \[#+\.*\] \d+ %, ")
         self.assertEqual(self.on_terminal(*words, "--quiet", seconds=2), b"")
         self.assertEqual(self.on_terminal(*words, seconds=0), b"")
+
+    def test_progress_tells_rate_and_time_left(self):
+        ours, theirs = os.openpty()
+        words = ["cl", FIG6, "--cutter", "6,3", "--cusp", "0.02", "--threads", "1", "-o", "x.apt", "--json"]
+        process = subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stderr=theirs, stdout=subprocess.DEVNULL)
+        os.close(theirs)
+        # Held up, the work lasts over a second on any machine.
+        time.sleep(0.3)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(1.2)
+        process.send_signal(signal.SIGCONT)
+        written = b""
+        try:
+            while piece := os.read(ours, 4096):
+                written += piece
+        except OSError:  # the other end is closed
+            pass
+        os.close(ours)
+        self.assertEqual(process.wait(timeout=60), DONE)
+        self.assertRegex(written.decode(), r"\rplanning \[#*\.*\] \d+ %, \d+\.\d %/s, \d+ s left\x1b\[K")
 
     def test_upper_case_ending(self):
         self.run_program("cc", FIG6, "-o", "x.CSV", status=DONE)

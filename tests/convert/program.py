@@ -32,6 +32,14 @@ Y-RNG,0,10
 {extra}"""
 
 
+def has_viewer():
+    """False, with a line that says so, for a build without esbuild or three.js."""
+    built = subprocess.run([PROGRAM, "view", os.devnull, "-o", "-"], capture_output=True, check=False).returncode != NOT_IN_BUILD
+    if not built:
+        print("this build has no viewer: its pages are not tested")
+    return built
+
+
 class CommandLineTest(unittest.TestCase):
     """Each test has an empty folder of its own, self.folder, as working folder."""
 

@@ -6,7 +6,7 @@ import time
 import unittest
 
 from browser import CHROMIUM, Browser
-from program import BALL, FIG6, CommandLineTest
+from program import BALL, FIG6, CommandLineTest, has_viewer
 
 # A block of 10 x 10 x 4 to measure, on a plane of 20 x 20.
 BLOCK = """SOLID-DEF
@@ -28,6 +28,7 @@ def far_apart(a, b):
 
 
 @unittest.skipIf(CHROMIUM is None, "no chromium")
+@unittest.skipUnless(has_viewer(), "no viewer in this build")
 class ViewInBrowser(CommandLineTest):
     """All tests share one browser; each opens a page of its own."""
 

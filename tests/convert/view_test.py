@@ -8,7 +8,7 @@ import re
 import unittest
 import zlib
 
-from program import BAD_INPUT, BALL, FIG6, NOT_WRITTEN, SOURCE, WRONG_USAGE, CommandLineTest, limited_file_size
+from program import BAD_INPUT, BALL, FIG6, NOT_WRITTEN, SOURCE, WRONG_USAGE, CommandLineTest, has_viewer, limited_file_size
 
 
 class Page:
@@ -54,6 +54,7 @@ def off_triangles(path):
     return [[points[int(i)] for i in line.split()[1:4]] for line in lines[2 + count:]]
 
 
+@unittest.skipUnless(has_viewer(), "no viewer in this build")
 class View(CommandLineTest):
     def page(self, *words):
         self.run_program("view", *words, "-o", "die.html")

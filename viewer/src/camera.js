@@ -11,7 +11,8 @@ export class Eye {
     this.changed = changed;
     this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
     this.target = new THREE.Vector3();
-    this.inset = 0;  // pixels at the right that the panel covers
+    this.inset = 0;  // pixels at the right that the panel covers,
+    this.below = 0;  // or at the bottom of a narrow page
     this.listen();
     this.look('iso');
   }
@@ -29,12 +30,15 @@ export class Eye {
     camera.lookAt(this.target);
     const halfHeight = this.canvas.clientHeight / 2 * this.unitsPerPixel;
     const halfWidth = this.canvas.clientWidth / 2 * this.unitsPerPixel;
-    const shift = this.inset / 2 * this.unitsPerPixel;
-    Object.assign(camera, {left: -halfWidth + shift, right: halfWidth + shift, top: halfHeight, bottom: -halfHeight, near: 0.01 * far, far: 2 * far});
+    const shift = this.inset / 2 * this.unitsPerPixel, rise = this.below / 2 * this.unitsPerPixel;
+    Object.assign(camera, {left: -halfWidth + shift, right: halfWidth + shift, top: halfHeight - rise, bottom: -halfHeight - rise, near: 0.01 * far, far: 2 * far});
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
     this.changed();
   }
+
+  // Where the target is seen.
+  get middle() { return [(this.canvas.clientWidth - this.inset) / 2, (this.canvas.clientHeight - this.below) / 2]; }
 
   look(name) {
     if (kViews[name]) [this.azimuth, this.elevation] = kViews[name].map((degrees) => degrees * Math.PI / 180);
@@ -53,7 +57,7 @@ export class Eye {
       width = Math.max(width, Math.abs(p.dot(this.right)));
       height = Math.max(height, Math.abs(p.dot(this.up)));
     }
-    const room = [Math.max(50, this.canvas.clientWidth - this.inset), Math.max(50, this.canvas.clientHeight)];
+    const room = [Math.max(50, this.canvas.clientWidth - this.inset), Math.max(50, this.canvas.clientHeight - this.below)];
     this.unitsPerPixel = Math.max(2.24 * width / room[0], 2.3 * height / room[1], 1e-9 * this.scene.size) || 1;
     this.update();
   }
@@ -61,15 +65,16 @@ export class Eye {
   // Pixels, and how near the eye.
   project(p) {
     const d = new THREE.Vector3(p[0], p[1], p[2]).sub(this.target);
-    return [(this.canvas.clientWidth - this.inset) / 2 + d.dot(this.right) / this.unitsPerPixel,
-            this.canvas.clientHeight / 2 - d.dot(this.up) / this.unitsPerPixel, d.dot(this.toward)];
+    const [x, y] = this.middle;
+    return [x + d.dot(this.right) / this.unitsPerPixel, y - d.dot(this.up) / this.unitsPerPixel, d.dot(this.toward)];
   }
 
   // The line of sight through a pixel: a point before everything, and its direction.
   ray(x, y) {
+    const [mx, my] = this.middle;
     const origin = this.target.clone()
-      .addScaledVector(this.right, (x - (this.canvas.clientWidth - this.inset) / 2) * this.unitsPerPixel)
-      .addScaledVector(this.up, (this.canvas.clientHeight / 2 - y) * this.unitsPerPixel)
+      .addScaledVector(this.right, (x - mx) * this.unitsPerPixel)
+      .addScaledVector(this.up, (my - y) * this.unitsPerPixel)
       .addScaledVector(this.toward, 4 * this.scene.size);
     return {origin, direction: this.toward.clone().negate()};
   }
@@ -91,8 +96,8 @@ export class Eye {
     const least = 1e-7 * size, most = 0.1 * size;
     const next = Math.min(most, Math.max(least, this.unitsPerPixel * factor));
     const off = this.unitsPerPixel - next;
-    this.target.addScaledVector(this.right, (x - (this.canvas.clientWidth - this.inset) / 2) * off)
-      .addScaledVector(this.up, (this.canvas.clientHeight / 2 - y) * off);
+    const [mx, my] = this.middle;
+    this.target.addScaledVector(this.right, (x - mx) * off).addScaledVector(this.up, (my - y) * off);
     this.unitsPerPixel = next;
     this.update();
   }

@@ -86,7 +86,9 @@ class Viewer {
     const ratio = this.renderer.getPixelRatio();
     this.shared.screen.value.set(width * ratio, height * ratio);
     const panel = find('#panel');
-    this.eye.inset = panel.hidden || width <= 700 ? 0 : panel.offsetWidth + 12;
+    const narrow = width <= 700;
+    this.eye.inset = panel.hidden || narrow ? 0 : panel.offsetWidth + 12;
+    this.eye.below = panel.hidden || !narrow ? 0 : panel.offsetHeight + 8;
     this.eye.update();
   }
 
