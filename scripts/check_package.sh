@@ -54,7 +54,7 @@ install() {
 echo "check_package: the program alone"
 install "./diesink_*.deb"
 inside 'diesink --version; diesink export fig6.part -o fig6.stl fig6.glb; diesink cl fig6.part --cutter 6,3 --cusp 0.02 -o fig6.ngc
-  diesink verify fig6.part fig6.ngc --cusp 0.02 --json >/dev/null; diesink preview fig6.part -o fig6.png; diesink info fig6.glb >/dev/null
+  diesink verify fig6.part fig6.ngc --cusp 0.02 --json >/dev/null; diesink preview fig6.part -o fig6.png; diesink view fig6.part fig6.ngc -o fig6.html; diesink info fig6.glb >/dev/null
   test -e /usr/share/man/man1/diesink.1 -o -e /usr/share/man/man1/diesink.1.gz'
 echo "check_package: the archive"
 inside 'tar xzf diesink-*.tar.gz && diesink-*/bin/diesink info fig6.part >/dev/null'

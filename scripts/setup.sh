@@ -64,7 +64,8 @@ if [ "$(id -u)" -ne 0 ]; then
   command -v sudo >/dev/null || { echo "setup: needs root or sudo to install: ${missing[*]} ${missing_if_there[*]}" >&2; exit 1; }
   as_root=(sudo)
 fi
-echo "setup: installing ${missing[*]} ${missing_if_there[*]}"
+all_missing=("${missing[@]}" "${missing_if_there[@]}")
+echo "setup: installing ${all_missing[*]}"
 # `env` carries the setting through sudo.
 apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300)
 log=$(mktemp)

@@ -71,7 +71,7 @@ export class Die {
       geometry.setIndex(new THREE.BufferAttribute(scene.indices.subarray(3 * element.firstTriangle, 3 * (element.firstTriangle + element.triangles)), 1));
       geometry.boundingSphere = sphere;
       const mesh = new THREE.Mesh(geometry, surfaceMaterial(this.shared, {
-        color: {value: new THREE.Color(element.color)}, block: {value: element.block ? 1 : 0}, dim: {value: 0}, glow: {value: 0}}));
+        color: {value: new THREE.Color(element.color)}, block: {value: element.block ? 1 : 0}, occluded: {value: element.block ? 0 : 1}, dim: {value: 0}, glow: {value: 0}}));
       mesh.userData.smooth = geometry;
       this.world.add(mesh);
       return mesh;

@@ -119,7 +119,7 @@ class Viewer {
     let range = [0, 1], ends = ['', '', ''];
     const texts = (values, digits) => values.map((v) => lengthText(scene, v, digits));
     if (this.coloring === 'height') {
-      range = [scene.low[2], scene.high[2]];
+      range = scene.heights;
       const own = scene.own([0, 0, 0])[2];
       ends = texts([range[0] + own, (range[0] + range[1]) / 2 + own, range[1] + own], Math.min(2, scene.decimals));
     } else if (this.coloring === 'slope') {

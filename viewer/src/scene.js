@@ -55,6 +55,16 @@ export async function readScene(headText, bodyText) {
       if (value > scene.high[c]) scene.high[c] = value;
     }
   }
+  // Of the surface itself, for its colours: not down to the floor.
+  scene.heights = [Infinity, -Infinity];
+  for (const element of scene.elements) {
+    if (element.block && scene.elements.some((each) => !each.block)) continue;
+    for (let v = element.firstVertex; v < element.firstVertex + element.vertices; ++v) {
+      const z = scene.positions[3 * v + 2];
+      if (z < scene.heights[0]) scene.heights[0] = z;
+      if (z > scene.heights[1]) scene.heights[1] = z;
+    }
+  }
   scene.size = Math.hypot(...[0, 1, 2].map((k) => scene.high[k] - scene.low[k])) || 1;
   return scene;
 }
