@@ -135,7 +135,7 @@ CLI::Option* add_choice_function(CLI::App& app, const std::string& names,
   return app
       .add_option_function<std::string>(
           names,
-          [names, shape, words, choices, chosen](const std::string& text) {
+          [names, shape, words, choices, chosen = std::move(chosen)](const std::string& text) {
             for (const Choice& each : choices) {
               if (each.name == text) return chosen(each.value);
             }

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the benchmarks, runs them and prints one table: what, time of one run, and its rate.
+# Builds the benchmarks, runs them and prints one table: what, time of one run, the processor's time in its
+# main thread (all of it in runs of one thread; the figure to compare on a busy machine), and its rate.
 # usage: scripts/bench.sh [--filter REGEX] [--seconds S] [--repeat N] [--json FILE]
 #   --filter   only benchmarks whose name matches
 #   --seconds  least time of each (default 0.5)
@@ -16,7 +17,7 @@ while [ $# -gt 0 ]; do
       [ $# -gt 1 ] || { echo "bench: $1 needs a value" >&2; exit 1; }
       declare "${1#--}=$2"
       shift 2 ;;
-    -h|--help) sed -n '2,7s/^# //p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,8s/^# //p' "$0"; exit 0 ;;
     *) echo "bench: unknown option '$1' (bench.sh --help)" >&2; exit 1 ;;
   esac
 done
@@ -44,6 +45,7 @@ import os
 import sys
 
 folder, keep = sys.argv[1:3]
+TIMES = [("s", 1), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)]
 UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 
 
@@ -72,21 +74,22 @@ for file in sorted(os.listdir(folder)):
             fastest[b["name"]] = b
     for b in fastest.values():
         seconds = b["real_time"] * UNITS[b["time_unit"]]
-        time = scaled(seconds, [("s", 1), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)])
+        time = scaled(seconds, TIMES)
+        processor = scaled(b["cpu_time"] * UNITS[b["time_unit"]], TIMES)
         rate = ""
         if "items_per_second" in b:
             rate = scaled(b["items_per_second"], [("G/s", 1e9), ("M/s", 1e6), ("k/s", 1e3), ("/s", 1)])
         elif "bytes_per_second" in b:
             rate = scaled(b["bytes_per_second"], [("GB/s", 1e9), ("MB/s", 1e6), ("kB/s", 1e3), ("B/s", 1)])
-        rows.append((name.removesuffix("_bench"), b["name"].removesuffix("/real_time"), time, rate))
+        rows.append((name.removesuffix("_bench"), b["name"].removesuffix("/real_time"), time, processor, rate))
 if keep:
     with open(keep, "w") as stream:
         json.dump(all_figures, stream, indent=1)
         stream.write("\n")
 if machine:
     print(f"{machine['num_cpus']} cores at {machine['mhz_per_cpu']} MHz, load {machine['load_avg'][0]:.2f}")
-rows.insert(0, ("stage", "benchmark", "time", "rate"))
-widths = [max(len(row[k]) for row in rows) for k in range(4)]
+rows.insert(0, ("stage", "benchmark", "time", "processor", "rate"))
+widths = [max(len(row[k]) for row in rows) for k in range(5)]
 for row in rows:
-    print(f"{row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:>{widths[2]}}  {row[3]:>{widths[3]}}")
+    print(f"{row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:>{widths[2]}}  {row[3]:>{widths[3]}}  {row[4]:>{widths[4]}}")
 PYTHON
