@@ -38,8 +38,8 @@ def main():
         run("export", fig6, "-o", folder / "coarse.stl", "--tolerance", "0.15")
         picture("view-light", [fig6, folder / "path.apt"], "diesink.viewer.setPath(() => diesink.viewer.path.set(0.42))")
         picture("view-section", [fig6], "document.querySelector(`[data-axis='1']`).click()", dark=True)
-        picture("view-cut", [fig6, folder / "path.apt", "--verify"], "diesink.viewer.path.show('path', false)",
-                "diesink.viewer.path.show('cutter', false)")
+        picture("view-cut", [fig6, folder / "path.apt", "--verify"],
+                "diesink.viewer.setPath(() => diesink.viewer.path.set(0.42))")
         picture("view-deviation", [fig6, folder / "coarse.stl"])
 
 

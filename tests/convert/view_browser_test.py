@@ -162,6 +162,11 @@ class ViewInBrowser(CommandLineTest):
             self.browser.run(f"(s => {{ s.value = '{name}'; s.dispatchEvent(new Event('change')); }})(document.querySelector('#coloring'))")
             seen.add(str(self.browser.screenshot(x - 30, y - 30, 60, 60)))
         self.assertEqual(len(seen), 5)
+        # The path would cover what it leaves; its box brings it back.
+        shown = "diesink.viewer.path.done.visible"
+        self.assertFalse(self.browser.run(shown))
+        self.press("#path-shown input")
+        self.assertTrue(self.browser.run(shown))
 
     def test_light_and_dark(self):
         self.open(FIG6)

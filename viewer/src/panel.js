@@ -202,7 +202,7 @@ export class Panel {
     find('#path-back').addEventListener('click', () => act.step(-1));
     find('#path-on').addEventListener('click', () => act.step(1));
     find('#path-play').addEventListener('click', () => act.play());
-    find('#path-shown').append(checkbox('path', true, (on) => act.showPath('path', on)), checkbox('what is ahead', true, (on) => act.showPath('rest', on)),
+    find('#path-shown').append(checkbox('path', scene.coloring !== 'cut', (on) => act.showPath('path', on)), checkbox('what is ahead', true, (on) => act.showPath('rest', on)),
       ...(scene.cutter ? [checkbox('cutter', true, (on) => act.showPath('cutter', on))] : []));
   }
 

@@ -48,7 +48,8 @@ export class Path {
       this.cutter.frustumCulled = false;
     }
     world.add(this.cutter);
-    this.place = 1;
+    // It would cover the colours of what it leaves.
+    this.show('path', scene.coloring !== 'cut');
     this.set(1);
   }
 
