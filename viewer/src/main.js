@@ -17,13 +17,22 @@ function setTheme(name) { document.documentElement.dataset.theme = name; }
 
 function say(text) { find('#message').textContent = text; }
 
-// Smooth edges cost a browser that draws without a GPU twice the time, which counts where there is much to draw.
+// True where the browser draws without a GPU, asked of a context that is thrown away.
+function drawsInSoftware() {
+  const gl = document.createElement('canvas').getContext('webgl');
+  if (!gl) return false;
+  let name = gl.getParameter(gl.RENDERER);
+  const told = name === 'WebKit WebGL' ? gl.getExtension('WEBGL_debug_renderer_info') : null;
+  if (told) name = gl.getParameter(told.UNMASKED_RENDERER_WEBGL);
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
+// Smooth edges cost twice the time without a GPU, which counts where there is much to draw.
 function contextFor(scene, canvas) {
   const kMuch = 400000;
-  const wanted = {alpha: true, depth: true, stencil: true, antialias: true, premultipliedAlpha: true, preserveDrawingBuffer: false};
-  const slow = scene.indices.length / 3 > kMuch;
-  const context = canvas.getContext('webgl', {...wanted, failIfMajorPerformanceCaveat: slow}) ??
-    canvas.getContext('webgl', {...wanted, antialias: !slow});
+  const antialias = scene.indices.length / 3 < kMuch || !drawsInSoftware();
+  const context = canvas.getContext('webgl', {alpha: true, depth: true, stencil: true, antialias, premultipliedAlpha: true});
   if (!context) throw new Error('no WebGL');
   return context;
 }
