@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/parallel.h"
+#include "core/tessellate/outline.h"
 
 namespace diesink {
 namespace {
@@ -349,22 +350,14 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
       }
       return most;
     }
-    // A straight border is a section by an upright plane; a curved one has no equation here and no
-    // proof.
     const ArcPoint &p = points[s.point], &q = points[e.point];
-    const ArcPoint m = point_at(a, 0.5 * (s.t + t1));
-    const Vec2 chord(q.x - p.x, q.y - p.y), off(m.x - p.x, m.y - p.y);
-    const double length = chord.norm();
-    if (!(length > 0)) return 0;
-    const double sag = std::fabs(chord.x() * off.y() - chord.y() * off.x()) / length;
-    if (sag > 1e-10 * surface_.size) return std::numeric_limits<double>::infinity();
-    const Label own = arc.left == kNoLabel ? arc.right : arc.left;
-    CurvePair pair;
-    pair.f = solver_.implicit(curve.first);
-    pair.g.kind = Implicit::Kind::kPlane;
-    pair.g.c = Vec3(p.x, p.y, 0);
-    pair.g.n = Vec3(chord.y() / length, -chord.x() / length, 0);
-    return chord_deviation(pair, at(s.point, own), at(e.point, own));
+    const double lateral = outline_chord_deviation(surface_, {p.x, p.y}, {q.x, q.y});
+    double most = lateral;
+    for (const Label label : {arc.left, arc.right}) {
+      if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
+        most = std::fmax(most, beside(lateral, label, s.point, e.point));
+    }
+    return most;
   }
   if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return 0;
   const CurvePair pair{solver_.implicit(curve.first), solver_.implicit(curve.second)};
@@ -384,17 +377,23 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
     c1.z() = solver_.shadow_height(curve, q.x, q.y);
   }
   const double lateral = chord_deviation(pair, c0, c1);
-  if (!(lateral < 1e300)) return lateral;
-  // The other side's border lies under the same plan curve: sideways as far, up and down by its
-  // slope there.
   double most = lateral;
   for (const Label label : {arc.left, arc.right}) {
-    if (label == kNoLabel || solver_.ref_of(label) == curve.first) continue;
-    const FaceChart& chart = charts_.at(label);
-    for (const std::uint32_t n : {s.point, e.point}) {
-      const double nz = chart.normal(at(n, label)).z();
-      if (nz > 1e-3) most = std::fmax(most, lateral / nz);
-    }
+    if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
+      most = std::fmax(most, beside(lateral, label, s.point, e.point));
+  }
+  return most;
+}
+
+// The other side's border lies under the same plan curve: sideways as far, up and down by its slope
+// there.
+double ArcSamples::beside(double lateral, Label label, std::uint32_t a, std::uint32_t b) const {
+  if (!(lateral < 1e300) || label == kNoLabel) return lateral;
+  const FaceChart& chart = charts_.at(label);
+  double most = lateral;
+  for (const std::uint32_t n : {a, b}) {
+    const double nz = chart.normal(at(n, label)).z();
+    if (nz > 1e-3) most = std::fmax(most, lateral / nz);
   }
   return most;
 }
@@ -423,16 +422,7 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   SampledArc& arc = arcs[a];
   const std::uint32_t next = arc.samples[n].next;
   const double d = bound(a, arc.samples[n], arc.samples[next]);
-  // A curved border of the base has no equation to prove its chords with: they are split by what is
-  // measured.
-  const std::vector<PlanCurve>& curves = arrangement_.arcs[a].curves;
-  double known = d;
-  if (!(d < 1e300) && curves.front().type == CurveType::kOutline) {
-    const ArcSample &from = arc.samples[n], &to = arc.samples[next];
-    const double end = to.t <= from.t ? static_cast<double>(curves.size()) : to.t;
-    known = lifted_sag(a, points[from.point], point_at(a, 0.5 * (from.t + end)), points[to.point]);
-  }
-  if (known > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr) {
+  if (d > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t

@@ -110,6 +110,7 @@ class ArcSamples {
   [[nodiscard]] double z_of(const ArcPoint& p, Label label) const;
   [[nodiscard]] bool is_scan(Label label) const;
   [[nodiscard]] double bound(std::uint32_t arc, const ArcSample& a, const ArcSample& b) const;
+  [[nodiscard]] double beside(double lateral, Label label, std::uint32_t a, std::uint32_t b) const;
   void certify(std::uint32_t arc, std::uint32_t sample, int depth);
   std::uint32_t insert(std::uint32_t arc, std::uint32_t after, const Trial& trial);
 

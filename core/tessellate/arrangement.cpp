@@ -7,6 +7,7 @@
 
 #include "core/tessellate/cell_graph.h"
 #include "core/tessellate/cell_tree.h"
+#include "core/tessellate/outline.h"
 
 namespace diesink {
 namespace {
@@ -347,37 +348,6 @@ void ArcMaker::make() {
 
 }  // namespace
 
-namespace {
-
-// Where the base ends on the plan line p + t d, near t = 0, and its height there: by halving, for
-// the border of a warped base has no equation in plan.
-bool outline_on_line(const Impl& surface, const Vec2& p, const Vec2& d, double& t, double& z) {
-  BaseHit hit;
-  const auto there = [&](double at) {
-    return surface.base_at(p.x() + at * d.x(), p.y() + at * d.y(), hit);
-  };
-  double in = 0, out = 0;
-  bool parted = false;
-  for (double reach = 1e-7; reach < 1 && !parted; reach *= 4) {
-    const bool low = there(-reach), high = there(reach);
-    parted = low != high;
-    in = low ? -reach : reach;
-    out = -in;
-  }
-  if (!parted) return false;
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (in + out);
-    if (middle == in || middle == out) break;
-    (there(middle) ? in : out) = middle;
-  }
-  t = in;
-  if (!there(t)) return false;
-  z = hit.z;
-  return true;
-}
-
-}  // namespace
-
 bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const PlanCurve& curve,
                       Label left, Label right, const PlanNode& a, const PlanNode& b, double s,
                       PlanNode& node) {
@@ -435,6 +405,7 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   limits.least = options.least;
   if (!(options.flat > 0)) options.flat = std::fmax(1e-9 * surface.size, 1e-4 * options.tolerance);
   limits.flat = options.flat;
+  limits.variant = options.variant;
   CellTree tree(surface, inner, limits);
   CellGraph graph = make_graph(surface, tree, options);
   Arrangement out;

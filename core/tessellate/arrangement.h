@@ -64,6 +64,7 @@ struct ArrangementOptions {
   double flat = 0;  // length under which surfaces, or lines side by side, count as one; 0 = 1e-3 of
                     // the tolerance
   double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
+  int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
 };
 
 // The exact point of a curve over the chord from a to b, at the fraction s of the chord, with the

@@ -58,6 +58,8 @@ class GraphMaker {
   [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell,
                                     const Vec2& p) const;
   void pull_to_border();
+  void draw_together();
+  bool contract(std::uint32_t link);
   std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
                            const PlanCurve* two, double z1, double z2, const Vec3* vertex);
 
@@ -161,7 +163,8 @@ void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std:
     if (p.state.label != q.state.label) add_change(p, q);
     return;
   }
-  const Sample mid = sample(0.4931 * p.p + 0.5069 * q.p);
+  // p + s (q - p): the line's own coordinate stays as it is to the bit.
+  const Sample mid = sample(p.p + 0.5069 * (q.p - p.p));
   search(p, mid, here, depth + 1);
   search(mid, q, here, depth + 1);
 }
@@ -272,7 +275,8 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
       known = true;
     } else {
       known = solver_.height(label, at.x(), at.y(), z);
-      if (vertex != nullptr && (!known || std::fabs(z - vertex->z()) <= 1e-6 * surface_.size)) {
+      // A vertex that lies on the face is its height there: beside a silhouette a root is not.
+      if (vertex != nullptr && std::fabs(solver_.implicit(ref).value(*vertex)) <= close) {
         z = vertex->z();
         known = true;
       }
@@ -530,6 +534,74 @@ void GraphMaker::pull_to_border() {
   }
 }
 
+// Makes the two ends of a link one node, the surer of them; what was a loop between them goes.
+bool GraphMaker::contract(std::uint32_t l) {
+  GraphLink& short_link = graph_.links[l];
+  std::uint32_t kept = short_link.from, dropped = short_link.to;
+  if (kept == dropped) return false;
+  const auto rank = [](const GraphNode& n) {
+    return n.border ? 3 : n.corner && n.solved ? 2 : n.corner ? 1 : 0;
+  };
+  if (rank(graph_.nodes[dropped]) > rank(graph_.nodes[kept])) std::swap(kept, dropped);
+  GraphNode &into = graph_.nodes[kept], &from = graph_.nodes[dropped];
+  if (into.border && rank(from) > 0) return false;
+  // The links round both, one after another, each from the short one on.
+  const auto place = std::find(into.links.begin(), into.links.end(), l);
+  const auto gap = std::find(from.links.begin(), from.links.end(), l);
+  if (place == into.links.end() || gap == from.links.end()) return false;
+  std::vector<std::uint32_t> round(into.links.begin(), place);
+  round.insert(round.end(), gap + 1, from.links.end());
+  round.insert(round.end(), from.links.begin(), gap);
+  round.insert(round.end(), place + 1, into.links.end());
+  for (const std::uint32_t k : from.links) {
+    GraphLink& moved = graph_.links[k];
+    if (moved.from == dropped) moved.from = kept;
+    if (moved.to == dropped) moved.to = kept;
+  }
+  short_link.gone = true;
+  for (const std::uint32_t k : round) {
+    if (graph_.links[k].from == graph_.links[k].to) graph_.links[k].gone = true;
+  }
+  std::erase_if(round, [&](std::uint32_t k) { return graph_.links[k].gone; });
+  into.links = std::move(round);
+  into.corner = into.corner || from.corner;
+  for (const LabelHeight& h : from.heights) {
+    const bool known = std::any_of(into.heights.begin(), into.heights.end(),
+                                   [&](const LabelHeight& o) { return o.label == h.label; });
+    if (!known) into.heights.push_back(h);
+  }
+  from = GraphNode{};
+  return true;
+}
+
+// Nodes that coordinates hardly tell apart, where cell borders pass beside corners, are one.
+void GraphMaker::draw_together() {
+  const double near = 1e-9 * surface_.size;
+  for (std::uint32_t l = 0; l < graph_.links.size(); ++l) {
+    const GraphLink& link = graph_.links[l];
+    if (link.gone) continue;
+    const GraphNode &a = graph_.nodes[link.from], &b = graph_.nodes[link.to];
+    if (std::hypot(a.x - b.x, a.y - b.y) <= near) contract(l);
+  }
+  // Cells beside one another that have found the same corner, each a little beyond its border: the
+  // way out and back goes.
+  for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
+    const GraphNode& between = graph_.nodes[n];
+    if (between.corner || between.border || between.links.size() != 2) continue;
+    const std::uint32_t links[2] = {between.links[0], between.links[1]};
+    const auto far_end = [&](std::uint32_t l) {
+      return graph_.links[l].from == n ? graph_.links[l].to : graph_.links[l].from;
+    };
+    const std::uint32_t ends[2] = {far_end(links[0]), far_end(links[1])};
+    const GraphNode &a = graph_.nodes[ends[0]], &b = graph_.nodes[ends[1]];
+    if (ends[0] == ends[1] || !a.corner || !b.corner || std::hypot(a.x - b.x, a.y - b.y) > near ||
+        std::hypot(a.x - between.x, a.y - between.y) > 16 * options_.least) {
+      continue;
+    }
+    if (contract(links[0]) && !graph_.links[links[1]].gone) contract(links[1]);
+  }
+}
+
 CellGraph GraphMaker::make() {
   // Each round the cells that did not join are split; the least cells always join, so it ends.
   for (int pass = 0; pass < 200; ++pass) {
@@ -572,6 +644,7 @@ CellGraph GraphMaker::make() {
     }
   }
   pull_to_border();
+  draw_together();
   return std::move(graph_);
 }
 

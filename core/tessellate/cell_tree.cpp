@@ -11,6 +11,8 @@ namespace {
 // drawings, and not alike in x and y, so that cells' corners do not fall on diagonals. Powers of
 // them keep cells within 1 : 2 over 22 levels.
 constexpr double kCutX = 0.4931, kCutY = 0.5083;
+// What a variant adds to the one and takes off the other.
+constexpr double kOtherCut = 0.0021;
 
 // The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
 // in it is close to its chord, so that points of the chord lead to points of the arc.
@@ -48,7 +50,9 @@ CellTree::CellTree(const CompoundSurface::Impl& surface, const PlanBox& box,
 void CellTree::divide(std::int32_t cell) {
   const TreeCell parent = cells[static_cast<std::size_t>(cell)];
   const PlanBox& b = parent.box;
-  const double x = b.x0 + kCutX * (b.x1 - b.x0), y = b.y0 + kCutY * (b.y1 - b.y0);
+  const double other = kOtherCut * limits_.variant;
+  const double x = b.x0 + (kCutX + other) * (b.x1 - b.x0);
+  const double y = b.y0 + (kCutY - other) * (b.y1 - b.y0);
   cells[static_cast<std::size_t>(cell)].child = static_cast<std::int32_t>(cells.size());
   const PlanBox parts[4] = {
       {b.x0, x, b.y0, y}, {x, b.x1, b.y0, y}, {b.x0, x, y, b.y1}, {x, b.x1, y, b.y1}};

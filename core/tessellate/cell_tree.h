@@ -61,6 +61,7 @@ struct CellInfo {
 struct TreeLimits {
   double least = 0;  // plan length under which no cell is split
   double flat = 0;   // height under which candidates count as one surface
+  int variant = 0;   // cells are cut elsewhere for each
 };
 
 class CellTree {

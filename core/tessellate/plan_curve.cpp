@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/tessellate/outline.h"
+
 namespace diesink {
 namespace {
 
@@ -121,9 +123,13 @@ bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, 
 
 bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1,
                          double& z2) const {
-  if (one.type == CurveType::kUnsolved || two.type == CurveType::kUnsolved ||
-      one.type == CurveType::kOutline || two.type == CurveType::kOutline) {
-    return false;
+  if (one.type == CurveType::kUnsolved || two.type == CurveType::kUnsolved) return false;
+  if (one.type == CurveType::kOutline || two.type == CurveType::kOutline) {
+    if (one.type == two.type) return false;
+    const bool first = one.type == CurveType::kOutline;
+    const PlanCurve& curve = first ? two : one;
+    return outline_corner(*surface_, implicit(curve.first), implicit(curve.second), at,
+                          first ? z2 : z1, first ? z1 : z2);
   }
   const Implicit f[4] = {implicit(one.first), implicit(one.second), implicit(two.first),
                          implicit(two.second)};
@@ -326,11 +332,25 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
   change.za = a == kNoLabel ? nan : za;
   change.zb = b == kNoLabel ? nan : zb;
   change.curve.type = CurveType::kUnsolved;
-  const bool base_ends = (a == kNoLabel && rb.solid == SurfaceRef::kBase) ||
-                         (b == kNoLabel && ra.solid == SurfaceRef::kBase);
-  if (base_ends) {
-    change.curve = {CurveType::kOutline, a == kNoLabel ? rb : ra, {SurfaceRef::kOutline, 0}};
-    if (a == kNoLabel) change.at = {q.x(), q.y(), zb};
+  // The base's own end: of itself, or of what is cut out of it or lies under it.
+  BaseHit hit_p, hit_q;
+  const bool base_at_p = surface_->base_at(p.x(), p.y(), hit_p);
+  const bool base_at_q = surface_->base_at(q.x(), q.y(), hit_q);
+  if (base_at_p != base_at_q) {
+    change.curve = {CurveType::kOutline, {SurfaceRef::kBase, 0}, {SurfaceRef::kOutline, 0}};
+    const Vec2 at = base_at_p ? p : q;
+    change.at = {at.x(), at.y(), base_at_p ? hit_p.z : hit_q.z};
+    const auto at_change = [&](Label label, const SurfaceRef& ref, double& z) {
+      double own = 0;
+      if (label == kNoLabel) return;
+      if (ref.solid == SurfaceRef::kBase) {
+        z = change.at.z;
+      } else if (height(label, at.x(), at.y(), own)) {
+        z = own;
+      }
+    };
+    at_change(a, ra, change.za);
+    at_change(b, rb, change.zb);
   } else if (a != kNoLabel && b != kNoLabel && std::fabs(za - zb) <= 1e-9 * surface_->size) {
     change.zb = change.za;
   }

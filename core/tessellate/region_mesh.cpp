@@ -16,6 +16,8 @@ namespace {
 
 using Impl = CompoundSurface::Impl;
 
+// Share of the tolerance that triangles are refined to whatever their arcs leave of it.
+constexpr double kLeastRoom = 0.3;
 // Rounds of splitting chords for triangles that look down.
 constexpr int kTurnedRounds = 12;
 
@@ -55,7 +57,12 @@ class Region {
   void insert_apex();
   void insert_grid();
   [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
+  [[nodiscard]] bool looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  // Distance between the triangle and its face, that of its vertices' chords from their arcs, and
+  // both.
+  [[nodiscard]] double face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] double border_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Arrangement& arrangement_;
@@ -217,15 +224,27 @@ double Region::longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) c
                              (mesh_.position[c] - mesh_.position[a]).norm()));
 }
 
-double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+double Region::border_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  return std::fmax(mesh_.border_bound[a], std::fmax(mesh_.border_bound[b], mesh_.border_bound[c]));
+}
+
+double Region::face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
   // No point of a triangle is farther from its vertices, which lie on the surface, than its longest
   // edge over the square root of three; that bounds the smallest where no better bound holds (at an
   // apex).
-  const double flat =
-      std::fmin(deviation_(mesh_.label, mesh_.position[a], mesh_.position[b], mesh_.position[c]),
-                0.58 * longest_edge(a, b, c));
-  return flat +
-         std::fmax(mesh_.border_bound[a], std::fmax(mesh_.border_bound[b], mesh_.border_bound[c]));
+  return std::fmin(deviation_(mesh_.label, mesh_.position[a], mesh_.position[b], mesh_.position[c]),
+                   0.58 * longest_edge(a, b, c));
+}
+
+double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  return face_bound_of(a, b, c) + border_bound_of(a, b, c);
+}
+
+// By more than rounding turns an upright triangle.
+bool Region::looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const Vec3 u = mesh_.position[b] - mesh_.position[a], v = mesh_.position[c] - mesh_.position[a];
+  const Vec3 n = u.cross(v);
+  return n.z() < -1e-9 * n.norm();
 }
 
 std::vector<Region::Chord> Region::refine() {
@@ -235,7 +254,12 @@ std::vector<Region::Chord> Region::refine() {
   rules.shortest_edge = options_.shortest;
   rules.max_vertices = 50'000'000;
   rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    if (bound_of(a, b, c) <= options_.tolerance) return false;
+    // What arcs leave no room for, vertices inside cannot mend.
+    const double room = options_.tolerance - border_bound_of(a, b, c);
+    if (face_bound_of(a, b, c) <= std::fmax(room, kLeastRoom * options_.tolerance) &&
+        !looks_down(a, b, c)) {
+      return false;
+    }
     // Next to nothing across: only its arcs could mend it.
     return longest_edge(a, b, c) > 0.25 * options_.tolerance;
   };
@@ -266,10 +290,7 @@ std::vector<Region::Chord> Region::refine() {
 std::vector<Region::Chord> Region::chords_of_turned() {
   std::vector<Chord> chords;
   for (const auto& t : triangulation_.triangles()) {
-    const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
-    const Vec3 u = b - a, v = c - a;
-    const double area = u.x() * v.y() - u.y() * v.x();
-    if (!(area < -1e-9 * u.cross(v).norm())) continue;  // else upright but for rounding
+    if (!looks_down(t[0], t[1], t[2])) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t p = mesh_.arc_point[t[k]], q = mesh_.arc_point[t[(k + 1) % 3]];
       if (p != ArcSamples::kNone && q != ArcSamples::kNone && samples_.is_chord(p, q))

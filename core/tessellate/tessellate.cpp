@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "core/grid/grid_array.h"
 #include "core/parallel.h"
@@ -19,6 +20,9 @@ namespace {
 
 // Part of the tolerance that the chords of arcs may take; the faces beside them have the rest.
 constexpr double kArcShare = 0.35;
+
+// Ways to lay the cells before a part is refused.
+constexpr int kVariants = 8;
 
 double seconds_since(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -58,15 +62,6 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);
   };
-
-  ArrangementOptions arrangement_options;
-  arrangement_options.tolerance = tolerance;
-  Result<Arrangement> arrangement = arrange(surface, box, arrangement_options);
-  if (!arrangement) return arrangement.error();
-  const double evaluate = seconds_since(start);
-  start = std::chrono::steady_clock::now();
-  tell(0.2);
-
   const bool grid = options.scheme == MeshScheme::kGrid;
   std::vector<double> xs, ys;
   if (grid) {
@@ -79,37 +74,55 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
   sampling.sag = kArcShare * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
-  if (grid) {
-    sampling.grid_x = &xs;
-    sampling.grid_y = &ys;
-  }
-  ArcSamples samples(surface.impl(), *arrangement, sampling);
-  {
-    const ProgressSpan span(options.progress, 0.2, 0.4);
-    samples.sample_all(options.threads);
-  }
-  tell(0.4);
-
   RegionOptions region_options;
   region_options.tolerance = budget;
   region_options.shortest = sampling.shortest;
   region_options.threads = options.threads;
-  region_options.grid_x = sampling.grid_x;
-  region_options.grid_y = sampling.grid_y;
-  Result<std::vector<RegionMesh>> regions = [&] {
-    const ProgressSpan span(options.progress, 0.4, 0.9);
-    return mesh_regions(surface.impl(), *arrangement, samples, region_options);
-  }();
-  if (!regions) return regions.error();
+  if (grid) {
+    region_options.grid_x = sampling.grid_x = &xs;
+    region_options.grid_y = sampling.grid_y = &ys;
+  }
+
+  // Where cells happen to lie decides how what is finer than the least cell is joined; what cannot
+  // be meshed for that reason alone is found anew with cells that lie elsewhere.
+  std::optional<Arrangement> arrangement;
+  std::optional<ArcSamples> samples;
+  std::vector<RegionMesh> regions;
+  double evaluate = 0;
+  for (int variant = 0;; ++variant) {
+    ArrangementOptions arrangement_options;
+    arrangement_options.tolerance = tolerance;
+    arrangement_options.variant = variant;
+    Result<Arrangement> found = arrange(surface, box, arrangement_options);
+    if (!found) return found.error();
+    arrangement.emplace(std::move(*found));
+    evaluate = seconds_since(start);
+    tell(0.2);
+    samples.emplace(surface.impl(), *arrangement, sampling);
+    {
+      const ProgressSpan span(options.progress, 0.2, 0.4);
+      samples->sample_all(options.threads);
+    }
+    tell(0.4);
+    Result<std::vector<RegionMesh>> meshed = [&] {
+      const ProgressSpan span(options.progress, 0.4, 0.9);
+      return mesh_regions(surface.impl(), *arrangement, *samples, region_options);
+    }();
+    if (meshed) {
+      regions = std::move(*meshed);
+      break;
+    }
+    if (variant + 1 == kVariants) return meshed.error();
+  }
   tell(0.9);
 
-  Result<Tessellation> made = assemble(surface, *arrangement, samples, *regions, options);
+  Result<Tessellation> made = assemble(surface, *arrangement, *samples, regions, options);
   if (!made) return made.error();
   TessellationReport& report = made->report;
   report.tolerance = tolerance;
   report.uncertified_area = arrangement->uncertified_area;
-  report.certified_deviation = samples.largest_deviation;
-  for (const RegionMesh& r : *regions) {
+  report.certified_deviation = samples->largest_deviation;
+  for (const RegionMesh& r : regions) {
     report.uncertified_area += r.unproven_area;
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
     const std::string name = surface.element_name(r.label);
@@ -117,9 +130,9 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
       if (e.name == name) e.max_deviation = std::fmax(e.max_deviation, r.largest_deviation);
     }
   }
-  report.uncertified_area += samples.unproven_length * 2 * samples.largest_deviation;
+  report.uncertified_area += samples->unproven_length * 2 * samples->largest_deviation;
   report.seconds_evaluate = evaluate;
-  report.seconds_tessellate = seconds_since(start);
+  report.seconds_tessellate = seconds_since(start) - evaluate;
   tell(1);
   return made;
 }
