@@ -85,7 +85,11 @@ void combine(const Impl& surface, StateOver& state, const FaceList& faces, bool 
   for (const FaceOver& f : faces) {
     bool lost = !(sign > 0 && state.hole) && state.faces.count > 0;
     for (const FaceOver& c : state.faces) lost = lost && loses(f, c);
-    if (!lost) next.push(f);
+    if (!lost) {
+      next.push(f);
+    } else if (sign > 0 && is_minus(f.label)) {
+      state.ghosts.push(row_of(f.label));  // a cut of a group down to below what shows beside it
+    }
   }
   next.full = next.full || state.faces.full || faces.full;
   state.faces = next;

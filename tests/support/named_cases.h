@@ -153,6 +153,10 @@ inline std::vector<NamedCase> named_cases() {
        on_plane(box("A", "10,10,-5", "30,30,4") + box("C", "5,5,-9", "25,25,-2"), "-A+C")},
       {"DomeInAPocketUnderItsRim",
        on_plane(box("A", "10,10,-5", "30,30,4") + sphere("S", "12,20,-10", "8"), "-A+S")},
+      {"GroupCutDownThroughTheBase",
+       on_plane(box("A", "5,5,-1", "30,30,6") + box("C", "15,15,-5", "35,25,9") +
+                    box("D", "2,2,3", "38,38,9"),
+                "+(A-C-D)")},
       {"NoBaseGroupCutToItsBorder",
        "SOLID-DEF\n" + box("A", "2,2,0", "12,12,2") + box("C", "15,5,0", "35,35,6") +
            cylinder("D", "25,20,3", "25,20,9", "12") +
