@@ -13,6 +13,7 @@
 #include "convert/mesh_output.h"
 #include "core/mesh_tools/repair.h"
 #include "core/mesh_tools/weld.h"
+#include "core/parallel.h"
 #include "formats/json_writer.h"
 
 namespace diesink {
@@ -111,7 +112,10 @@ ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile
                    const MeshTarget& target, const Diagnostics& read) {
   const WorkAmount triangles{static_cast<double>(in.mesh.triangles.size()), "triangles"};
   Progress progress("mending", common.quiet, triangles);
-  const Mended mended = mend(in.mesh, options);
+  const Mended mended = [&] {
+    const ProgressSpan span(progress.told(), 0, 1);
+    return mend(in.mesh, options);
+  }();
   progress.next("writing " + target.path, triangles);
   Diagnostics told;
   const auto warn = [&](const std::string& file, const std::vector<std::string>& messages) {

@@ -10,6 +10,7 @@
 #include "convert/mesh_info.h"
 #include "convert/mesh_input.h"
 #include "convert/program_info.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -43,6 +44,7 @@ ExitStatus tell_mesh(std::span<const std::byte> bytes, const Options& options,
   const MeshTopology topology = [&] {
     const Progress progress("counting", common.quiet,
                             {static_cast<double>(file.value->mesh.triangles.size()), "triangles"});
+    const ProgressSpan span(progress.told(), 0, 1);
     return topology_of(file.value->mesh);
   }();
   return print(common.json ? mesh_info_json(*file.value, topology, diagnostics)

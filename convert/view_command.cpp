@@ -9,6 +9,7 @@
 #include "convert/commands.h"
 #include "convert/paths.h"
 #include "convert/view_scene.h"
+#include "core/parallel.h"
 #include "formats/json_writer.h"
 #include "formats/output_file.h"
 
@@ -68,6 +69,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   const Result<std::string> page = [&] {
     const Progress progress("packing", common.quiet,
                             {static_cast<double>(scene.value->mesh.triangles.size()), "triangles"});
+    const ProgressSpan span(progress.told(), 0, 1);
     return viewer_page_of(*scene.value);
   }();
   if (!page) return report(page.error());

@@ -10,6 +10,7 @@
 #include <span>
 #include <unordered_map>
 
+#include "core/parallel.h"
 #include "formats/json_writer.h"
 #include "formats/path_file.h"
 #include "viewer/packed_arrays.h"
@@ -236,6 +237,9 @@ void pack_mesh(const Scene& scene, const Grid& grid, PackedArrays& arrays, JsonW
         .field("vertices", static_cast<std::uint64_t>(part.vertex_count()));
     if (element.certified_deviation) head.field("certified", *element.certified_deviation);
     head.end_object();
+    // What comes after takes about as long again.
+    tell_progress(0.5 * static_cast<double>(indices.size()) /
+                  static_cast<double>(3 * mesh.triangles.size()));
     part = ElementMesh(mesh);
   }
   head.end_array();

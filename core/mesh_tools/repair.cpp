@@ -4,12 +4,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <utility>
 
 #include "core/mesh_tools/polygon.h"
 #include "core/mesh_tools/weld.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -21,22 +23,34 @@ class Repair {
   Repair(TriangleMesh& mesh, const RepairOptions& options) : mesh_(mesh), options_(options) {}
 
   RepairReport run() {
-    report_.before = topology_of(mesh_);
+    report_.before = counted(false);
+    tell_progress(0.25);
     if (options_.weld > 0) {
       const WeldReport welded = weld(mesh_, options_.weld);
       report_.merged_vertices += welded.merged_vertices;
       report_.removed_degenerate += welded.collapsed_triangles;
     }
     report_.merged_vertices += weld(mesh_).merged_vertices;
+    tell_progress(0.4);
     remove_useless();
+    tell_progress(0.5);
     orient();
+    tell_progress(0.65);
     split();
     fill();
-    report_.after = topology_of(mesh_, true);
+    tell_progress(0.8);
+    report_.after = counted(true);
     return std::move(report_);
   }
 
  private:
+  // What that tells of its own progress is no part of the whole's.
+  MeshTopology counted(bool as_shared) {
+    const std::function<void(double)> nobody;
+    const ProgressSpan span(nobody, 0, 1);
+    return topology_of(mesh_, as_shared);
+  }
+
   void remove_useless() {
     std::vector<bool> keep = find_duplicates(mesh_.triangles, mesh_.positions.size());
     for (std::size_t i = 0; i < keep.size(); ++i) {

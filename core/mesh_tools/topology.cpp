@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/mesh_tools/weld.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -135,6 +136,7 @@ OddFaces odd_faces(const TriangleMesh& mesh) {
     const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     if (a == b || b == c || c == a) ++odd.degenerate;
   }
+  tell_progress(0.3);
   const std::vector<bool> again = find_duplicates(mesh.triangles, mesh.positions.size());
   odd.duplicates = static_cast<std::size_t>(std::count(again.begin(), again.end(), true));
   return odd;
@@ -144,6 +146,7 @@ MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared) {
   MeshTopology topology;
   topology.triangles = mesh.triangles.size();
   measure(mesh, topology);
+  tell_progress(0.05);
 
   std::vector<Triangle> triangles = mesh.triangles;
   topology.vertices = mesh.positions.size();
@@ -160,7 +163,9 @@ MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared) {
   const std::vector<bool> again = find_duplicates(triangles, topology.vertices);
   topology.duplicates = static_cast<std::size_t>(std::count(again.begin(), again.end(), true));
 
+  tell_progress(0.5);
   const std::vector<EdgeUse> uses = edge_uses(triangles, topology.vertices);
+  tell_progress(0.75);
   DisjointSets shells(triangles.size());
   DisjointSets fans(3 * triangles.size());  // corners of one vertex that hang together
   std::vector<bool> on_bad_edge(topology.vertices, false);
