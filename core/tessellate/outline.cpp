@@ -12,7 +12,38 @@ namespace {
 // Parameters nearer than this to a side of the grid are on it: spans are one long.
 constexpr double kOnSide = 1e-6;
 
+// Parameters of a point of the border, or of one beside it by rounding: corners of the domain move
+// their points by ties.
+std::optional<Vec2> parameters(const FergusonSurface& base, double size, const Vec2& p) {
+  std::optional<Vec2> found = base.invert(p.x(), p.y());
+  for (double reach = 1e-12 * size; !found && reach < 1e-9 * size; reach *= 8) {
+    for (const Vec2& way : {Vec2(1, 0), Vec2(0, 1), Vec2(-1, 0), Vec2(0, -1), Vec2(1, 1),
+                            Vec2(-1, 1), Vec2(-1, -1), Vec2(1, -1)}) {
+      if (!found) found = base.invert(p.x() + reach * way.x(), p.y() + reach * way.y());
+    }
+  }
+  return found;
+}
+
 }  // namespace
+
+int outline_side(const CompoundSurface::Impl& surface, const Vec2& p) {
+  const FergusonSurface* base = std::get_if<FergusonSurface>(&surface.base);
+  if (base == nullptr) return 0;
+  const std::optional<Vec2> at = parameters(*base, surface.size, p);
+  if (!at) return 0;
+  const double off[4] = {at->y(), base->columns() - 1.0 - at->x(), base->rows() - 1.0 - at->y(),
+                         at->x()};
+  return static_cast<int>(std::min_element(off, off + 4) - off);
+}
+
+bool outline_vertex(const CompoundSurface::Impl& surface, int one, int two, Vec3& at) {
+  const FergusonSurface* base = std::get_if<FergusonSurface>(&surface.base);
+  if (base == nullptr || (one + 1) % 4 == (two + 3) % 4 || one == two) return false;
+  const auto has = [&](int side) { return one == side || two == side; };
+  at = base->point(has(1) ? base->columns() - 1.0 : 0, has(2) ? base->rows() - 1.0 : 0).r;
+  return true;
+}
 
 bool outline_on_line(const CompoundSurface::Impl& surface, const Vec2& p, const Vec2& d, double& t,
                      double& z) {
@@ -44,7 +75,8 @@ double outline_chord_deviation(const CompoundSurface::Impl& surface, const Vec2&
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   const FergusonSurface* base = std::get_if<FergusonSurface>(&surface.base);
   if (base == nullptr) return kUnknown;
-  const std::optional<Vec2> pa = base->invert(a.x(), a.y()), pb = base->invert(b.x(), b.y());
+  const std::optional<Vec2> pa = parameters(*base, surface.size, a);
+  const std::optional<Vec2> pb = parameters(*base, surface.size, b);
   if (!pa || !pb) return kUnknown;
   // Axis 0: a row of the grid, v at one end of its range, w = u; axis 1 the other way round.
   const double ends[2] = {base->columns() - 1.0, base->rows() - 1.0};

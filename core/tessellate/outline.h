@@ -14,6 +14,13 @@ namespace diesink {
 bool outline_on_line(const CompoundSurface::Impl& surface, const Vec2& p, const Vec2& d, double& t,
                      double& z);
 
+// Which side of a Ferguson base's grid a border point is on: 0 the first row, 1 the last column, 2
+// the last row, 3 the first column.
+int outline_side(const CompoundSurface::Impl& surface, const Vec2& p);
+
+// The grid's corner between two of its sides; false where they do not meet.
+bool outline_vertex(const CompoundSurface::Impl& surface, int one, int two, Vec3& at);
+
 // Upper bound of the distance between the chord a-b and the base's border from a to b, both ways.
 // A side of the border is a piecewise cubic of its parameter w: linear interpolation of it errs by
 // at most |r''| (w1 - w0)² / 8.

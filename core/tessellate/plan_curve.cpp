@@ -125,7 +125,13 @@ bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, d
                          double& z2) const {
   if (one.type == CurveType::kUnsolved || two.type == CurveType::kUnsolved) return false;
   if (one.type == CurveType::kOutline || two.type == CurveType::kOutline) {
-    if (one.type == two.type) return false;
+    if (one.type == two.type) {
+      Vec3 vertex;
+      if (!outline_vertex(*surface_, one.second.face, two.second.face, vertex)) return false;
+      at = vertex.head<2>();
+      z1 = z2 = vertex.z();
+      return true;
+    }
     const bool first = one.type == CurveType::kOutline;
     const PlanCurve& curve = first ? two : one;
     return outline_corner(*surface_, implicit(curve.first), implicit(curve.second), at,
@@ -337,8 +343,10 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
   const bool base_at_p = surface_->base_at(p.x(), p.y(), hit_p);
   const bool base_at_q = surface_->base_at(q.x(), q.y(), hit_q);
   if (base_at_p != base_at_q) {
-    change.curve = {CurveType::kOutline, {SurfaceRef::kBase, 0}, {SurfaceRef::kOutline, 0}};
     const Vec2 at = base_at_p ? p : q;
+    change.curve = {CurveType::kOutline,
+                    {SurfaceRef::kBase, 0},
+                    {SurfaceRef::kOutline, static_cast<std::uint8_t>(outline_side(*surface_, at))}};
     change.at = {at.x(), at.y(), base_at_p ? hit_p.z : hit_q.z};
     const auto at_change = [&](Label label, const SurfaceRef& ref, double& z) {
       double own = 0;

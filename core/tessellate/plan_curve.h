@@ -29,7 +29,7 @@ struct SurfaceRef {
 enum class CurveType : std::uint8_t {
   kMeet,     // two faces meet at one height: a crease
   kShadow,   // a body ends: first is its visible face, second the silhouette or the face it ends at
-  kOutline,  // the base ends
+  kOutline,  // the base ends; second's face is the side of its grid
   kUnsolved,  // found by halving alone
 };
 
