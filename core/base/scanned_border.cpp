@@ -182,22 +182,38 @@ std::vector<char> ScannedSurface::layered(int threads) const {
   const auto lines = static_cast<std::size_t>(cells_.ny);
   std::vector<std::vector<std::uint32_t>> found(lines);
   parallel_blocks(lines, 1, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<ScannedTriangle> here;
+    struct Here {
+      ScannedTriangle t;
+      std::uint32_t face;
+      bool marked;
+    };
+    std::vector<Here> here;
     for (std::size_t j = begin; j < end; ++j) {
       for (int i = 0; i < cells_.nx; ++i) {
-        const std::span<const std::uint32_t> faces = in_cell(i, static_cast<int>(j));
         here.clear();
-        for (const std::uint32_t f : faces) triangle(f, here.emplace_back());
-        for (std::size_t a = 0; a < faces.size(); ++a) {
-          for (std::size_t b = a + 1; b < faces.size(); ++b) {
-            const ScannedTriangle &s = here[a], &t = here[b];
-            if (s.x_high() <= t.x_low() || t.x_high() <= s.x_low() || s.y_high() <= t.y_low() ||
-                t.y_high() <= s.y_low() || parted(s, t) || parted(t, s)) {
+        for (const std::uint32_t f : in_cell(i, static_cast<int>(j))) {
+          Here h;
+          if (!triangle(f, h.t)) continue;
+          h.face = f;
+          h.marked = false;
+          here.push_back(h);
+        }
+        // From left to right: those that begin beyond a triangle's end are apart from it.
+        std::sort(here.begin(), here.end(), [](const Here& s, const Here& t) {
+          return s.t.x_low() != t.t.x_low() ? s.t.x_low() < t.t.x_low() : s.face < t.face;
+        });
+        for (std::size_t a = 0; a < here.size(); ++a) {
+          const double right = here[a].t.x_high();
+          for (std::size_t b = a + 1; b < here.size() && here[b].t.x_low() < right; ++b) {
+            if (here[a].marked && here[b].marked) continue;
+            const ScannedTriangle &s = here[a].t, &t = here[b].t;
+            if (s.y_high() <= t.y_low() || t.y_high() <= s.y_low() || parted(s, t) || parted(t, s))
               continue;
-            }
-            found[j].push_back(faces[a]);
-            found[j].push_back(faces[b]);
+            here[a].marked = here[b].marked = true;
           }
+        }
+        for (const Here& h : here) {
+          if (h.marked) found[j].push_back(h.face);
         }
       }
     }

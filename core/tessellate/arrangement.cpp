@@ -406,8 +406,15 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   if (!(options.flat > 0)) options.flat = std::fmax(1e-9 * surface.size, 1e-4 * options.tolerance);
   limits.flat = options.flat;
   limits.variant = options.variant;
+  limits.most_cells = options.most_cells;
   CellTree tree(surface, inner, limits);
   CellGraph graph = make_graph(surface, tree, options);
+  if (tree.stopped) {
+    return Error{ErrorCode::kLimit,
+                 "the surface has more detail than " + std::to_string(options.most_cells) +
+                     " cells of the plan can part",
+                 {surface.program.file}};
+  }
   Arrangement out;
   out.box = domain;
   out.uncertified_area = graph.uncertified_area;

@@ -65,6 +65,7 @@ struct ArrangementOptions {
                     // the tolerance
   double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
+  std::size_t most_cells = 0;  // an error beyond; 0 = no limit
 };
 
 // The exact point of a curve over the chord from a to b, at the fraction s of the chord, with the
@@ -73,7 +74,7 @@ bool point_on_stretch(const CompoundSurface::Impl& surface, const CurveSolver& s
                       const PlanCurve& curve, Label left, Label right, const PlanNode& a,
                       const PlanNode& b, double s, PlanNode& node);
 
-// Errors: kInput where no vertical line of the domain meets the surface.
+// Errors: kInput where no vertical line of the domain meets the surface; kLimit beyond most_cells.
 // Source: docs/tessellation.md; the maximization diagram of a lower or upper envelope, with `-`
 // terms.
 Result<Arrangement> arrange(const CompoundSurface& surface, const PlanBox& domain,

@@ -384,7 +384,8 @@ Status Assembler::add_floor() {
   std::vector<std::uint32_t> global;
   for (const std::uint32_t p : of) global.push_back(vertex_at(p, floor_));
   RefineRules rules;
-  rules.min_angle = kFloorAngle;
+  // (Over a scan as few as its border needs.)
+  rules.min_angle = std::holds_alternative<MeshBase>(compound_.program().base) ? 0 : kFloorAngle;
   rules.split_encroached = false;
   rules.shortest_edge = 1e-3 * compound_.size();
   rules.add_vertex = [&](const Vec2& p) {

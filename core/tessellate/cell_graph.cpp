@@ -604,7 +604,7 @@ void GraphMaker::draw_together() {
 
 CellGraph GraphMaker::make() {
   // Each round the cells that did not join are split; the least cells always join, so it ends.
-  for (int pass = 0; pass < 200; ++pass) {
+  for (int pass = 0; pass < 200 && !tree_.stopped; ++pass) {
     graph_ = {};
     found_.clear();
     to_split_.clear();

@@ -74,7 +74,8 @@ void CellTree::grow(std::int32_t cell, const std::vector<std::uint32_t>& steps) 
       if (!nearly_straight(f)) verdict.kind = CellKind::kUnknown;
     }
   }
-  const bool least = 2 * std::fmax(box.hx, box.hy) <= limits_.least;
+  stopped = stopped || (limits_.most_cells > 0 && cells.size() > limits_.most_cells);
+  const bool least = stopped || 2 * std::fmax(box.hx, box.hy) <= limits_.least;
   if (verdict.kind == CellKind::kUnknown && least) verdict.kind = CellKind::kLeast;
   if (verdict.kind == CellKind::kUnknown) {
     divide(cell);

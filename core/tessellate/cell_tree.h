@@ -59,9 +59,10 @@ struct CellInfo {
 };
 
 struct TreeLimits {
-  double least = 0;  // plan length under which no cell is split
-  double flat = 0;   // height under which candidates count as one surface
-  int variant = 0;   // cells are cut elsewhere for each
+  double least = 0;            // plan length under which no cell is split
+  double flat = 0;             // height under which candidates count as one surface
+  int variant = 0;             // cells are cut elsewhere for each
+  std::size_t most_cells = 0;  // where there would be more the tree stops; 0 = no limit
 };
 
 class CellTree {
@@ -73,6 +74,7 @@ class CellTree {
   std::vector<std::int32_t> roots;  // columns * rows of them, x fastest
   int columns = 1, rows = 1;
   std::vector<CellInfo> infos;
+  bool stopped = false;  // by TreeLimits::most_cells: what it says is not to be used
 
   // Splits a leaf once more and everything below it as far as needed.
   void split_leaf(std::int32_t cell);

@@ -26,13 +26,18 @@ namespace {
 // Of what the sheet leaves of the tolerance: what the chords of arcs may take.
 constexpr double kArcShare = 0.35;
 
+// Cells of the arrangement for the solids, and eight more a triangle of the sheet: a closed body in
+// place of a scan may ask for many more, for upright walls that meet solids upright.
+constexpr std::size_t kMostCells = 100'000;
+
 // Of the tolerance: what the sheet may differ from the scan, and the width in plan of what stands
 // for an upright wall of the scan.
 struct Shares {
   double sheet, lean;
+  int variant;  // of the arrangement's cells
 };
 // Where borders come closer to one another than can be told apart, another sheet may do.
-constexpr Shares kShares[] = {{0.5, 0.1}, {0.4, 0.15}, {0.45, 0.05}, {0.3, 0.02}};
+constexpr Shares kShares[] = {{0.5, 0.1, 0}, {0.4, 0.15, 1}, {0.45, 0.05, 2}, {0.3, 0.02, 3}};
 
 double seconds_since(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -88,8 +93,13 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   ArrangementOptions arrangement_options;
   arrangement_options.tolerance = tolerance;
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
+  arrangement_options.variant = shares.variant;
+  arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
   Result<Arrangement> arrangement = arrange(surface, box, arrangement_options);
-  if (!arrangement) return arrangement.error();
+  if (!arrangement) {
+    may_differ = arrangement.error().code == ErrorCode::kLimit;
+    return arrangement.error();
+  }
   const ScanArcs arcs = cut_arcs(surface.impl(), sheet, arrangement_options.least, *arrangement);
   const double evaluate = seconds_since(start);
   start = std::chrono::steady_clock::now();
@@ -164,6 +174,7 @@ Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanB
     Result<Tessellation> made = attempt(surface, box, options, shares, may_differ);
     if (made || !may_differ) return made;
     if (!first) first = made.error();
+    if (made.error().code == ErrorCode::kLimit) break;
   }
   // Nothing proved: the grid tells so itself.
   TessellationOptions plain = options;
