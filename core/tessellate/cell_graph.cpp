@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 
 namespace diesink {
 namespace {
@@ -50,6 +51,11 @@ class GraphMaker {
   void segment(std::int32_t a, std::int32_t b, bool upright);
   void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth);
   void add_change(const Sample& p, const Sample& q);
+  static std::uint64_t pair_key(std::int32_t a, std::int32_t b) {
+    return std::uint64_t{static_cast<std::uint32_t>(a)} << 32 | static_cast<std::uint32_t>(b);
+  }
+  bool recall(std::uint64_t key);
+  void remember(std::uint64_t key);
 
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
@@ -72,7 +78,29 @@ class GraphMaker {
   std::vector<OnBorder> found_;
   std::vector<std::int32_t> to_split_;
   std::uint32_t first_new_ = 0;
+  // What stretches of border between leaves have shown: it does not change as other cells are
+  // split.
+  struct Found {
+    std::size_t first = 0, count = 0;
+  };
+  std::unordered_map<std::uint64_t, Found> known_;
+  std::vector<GraphNode> known_nodes_;
 };
+
+bool GraphMaker::recall(std::uint64_t key) {
+  const auto known = known_.find(key);
+  if (known == known_.end()) return false;
+  const auto first = known_nodes_.begin() + static_cast<std::ptrdiff_t>(known->second.first);
+  graph_.nodes.insert(graph_.nodes.end(), first,
+                      first + static_cast<std::ptrdiff_t>(known->second.count));
+  return true;
+}
+
+void GraphMaker::remember(std::uint64_t key) {
+  const auto first = graph_.nodes.begin() + static_cast<std::ptrdiff_t>(first_new_);
+  known_[key] = {known_nodes_.size(), graph_.nodes.size() - first_new_};
+  known_nodes_.insert(known_nodes_.end(), first, graph_.nodes.end());
+}
 
 // Both leaves of every stretch of common border, by descent; a plain leaf has no change on its
 // border.
@@ -109,11 +137,15 @@ void GraphMaker::on_border(std::int32_t c, std::uint8_t side) {
     return;
   }
   if (cell(c).info < 0) return;
-  const PlanBox& b = cell(c).box;
-  const Vec2 p(side == 1 ? b.x1 : b.x0, side == 2 ? b.y1 : b.y0);
-  const Vec2 q(side == 3 ? b.x0 : b.x1, side == 0 ? b.y0 : b.y1);
   first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
-  search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(cell(c).info)].steps, 0);
+  const std::uint64_t key = pair_key(c, -1 - static_cast<std::int32_t>(side));
+  if (!recall(key)) {
+    const PlanBox& b = cell(c).box;
+    const Vec2 p(side == 1 ? b.x1 : b.x0, side == 2 ? b.y1 : b.y0);
+    const Vec2 q(side == 3 ? b.x0 : b.x1, side == 0 ? b.y0 : b.y1);
+    search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(cell(c).info)].steps, 0);
+    remember(key);
+  }
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
     graph_.nodes[n].border = true;
     graph_.nodes[n].side = static_cast<std::int8_t>(side);
@@ -137,7 +169,11 @@ void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
   }
   const std::int32_t ia = cell(a).info, ib = cell(b).info;
   first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
-  search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(a_smaller ? ia : ib)].steps, 0);
+  if (!recall(pair_key(a, b))) {
+    search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(a_smaller ? ia : ib)].steps,
+           0);
+    remember(pair_key(a, b));
+  }
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
     found_.push_back({ia, static_cast<std::uint8_t>(upright ? 1 : 2), n});
     found_.push_back({ib, static_cast<std::uint8_t>(upright ? 3 : 0), n});
