@@ -11,6 +11,8 @@ namespace {
 using Impl = CompoundSurface::Impl;
 constexpr std::uint32_t kNone = ScanSheet::kNone;
 constexpr int kMostHalvings = 44;
+// Pieces of one stretch between two cells: more than it has triangles under it.
+constexpr std::size_t kMostSteps = 20'000;
 
 class ArcCutter {
  public:
@@ -125,6 +127,7 @@ class ArcCutter {
   bool base_left_ = true;
   std::vector<std::uint32_t> nodes_;
   std::vector<PlanCurve> curves_;
+  std::size_t trace_steps_ = 0;
 };
 
 ScanPlace ArcCutter::place_in(std::uint32_t t, const Vec2& p) const {
@@ -420,7 +423,10 @@ void ArcCutter::trace(std::uint32_t a, std::uint32_t b, const PlanCurve& curve, 
   }
   for (const std::uint32_t t : ta) out_.touched[t] = 1;
   for (const std::uint32_t t : tb) out_.touched[t] = 1;
-  if (d.norm() <= near_ || depth > kMostHalvings) {
+  // Beside the scan there is nothing to pass over; and a way that never ends in one triangle is cut
+  // short.
+  const bool lost = (ta.empty() && tb.empty()) || ++trace_steps_ > kMostSteps;
+  if (lost || d.norm() <= near_ || depth > kMostHalvings) {
     out_.unsolved_length += d.norm();
     emit(b, curve, ta.empty() ? (tb.empty() ? kNone : tb[0]) : ta[0]);
     return;
@@ -511,6 +517,7 @@ void ArcCutter::follow_border(std::uint32_t a, std::uint32_t b, const PlanCurve&
       emit(b, curve, kNone);
       out_.unsolved_length += straight;
     } else {
+      trace_steps_ = 0;
       trace(a, b, curve, 0);
     }
     return;
@@ -685,6 +692,7 @@ void ArcCutter::cut(PlanArc& arc) {
     } else if (base_ == kNoLabel) {
       emit(nodes[k + 1], curves[k], kNone);
     } else {
+      trace_steps_ = 0;
       trace(from, nodes[k + 1], curves[k], 0);
     }
     // Nothing between two nodes at one place: the arc goes on from the second.
