@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the pictures of README.md, its example's among them, and of the primitives in docs/part-program.md, by diesink preview.
+"""Draws the pictures of README.md, its example's among them, and of the primitives in docs/part-program.md, and of docs/scanned-base.md, by diesink preview.
 
 usage: make_preview_pictures.py [PROGRAM]    (default build/release/bin/diesink; writes docs/pictures)
 """
@@ -55,6 +55,13 @@ def main():
             part = pathlib.Path(folder) / f"{name}.part"
             part.write_text(ON_A_PLANE.format(solid=solid))
             draw(part, f"solid-{name}", "--size", "200x150", "--bare")
+        # The worked example of docs/scanned-base.md, its part program as the page has it.
+        page = (ROOT / "docs/scanned-base.md").read_text()
+        scan, part = pathlib.Path(folder) / "die_scan.stl", pathlib.Path(folder) / "scanned_die.part"
+        subprocess.run([sys.executable, ROOT / "scripts/make_scan.py", scan], check=True)
+        part.write_text(page.split("```part file=scanned_die.part\n")[1].split("```")[0])
+        draw(scan, "scanned-scan", "--size", "640x400")
+        draw(part, "scanned-die", "--size", "900x560")
 
 
 if __name__ == "__main__":

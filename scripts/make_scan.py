@@ -39,7 +39,7 @@ def make(points, seed, noise, plain):
             z = height(x, y) + rng.gauss(0, noise)
             if inner:
                 x, y = x + dx, y + dy
-            if not plain:
+            if inner and not plain:
                 r = math.hypot(x - 52, y - 34)
                 if r > 0:
                     push = lean(x, y)

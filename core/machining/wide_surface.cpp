@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/ferguson.h"
+#include "core/compound/compound_impl.h"
 
 namespace diesink {
 namespace {
@@ -38,7 +39,7 @@ Extent extent_of(const PartProgram& program) {
       extent.add(base->plan_box().x0, base->plan_box().y0);
       extent.add(base->plan_box().x1, base->plan_box().y1);
     }
-  } else if (!std::holds_alternative<std::monostate>(program.base)) {
+  } else if (std::holds_alternative<PlaneBase>(program.base)) {
     extent.add(-kInfinity, -kInfinity);
     extent.add(kInfinity, kInfinity);
   }
@@ -49,11 +50,24 @@ Extent extent_of(const PartProgram& program) {
 
 Result<CompoundSurface> widened(const CompoundSurface& surface, double margin) {
   PartProgram program = surface.program();
-  const Extent extent = extent_of(program);
+  Extent extent = extent_of(program);
   const auto widen = [&](std::array<double, 2>& range, const std::array<double, 2>& most) {
     range = {std::fmin(range[0], std::fmax(range[0] - margin, most[0])),
              std::fmax(range[1], std::fmin(range[1] + margin, most[1]))};
   };
+  if (const ScannedSurface* scan = std::get_if<ScannedSurface>(&surface.impl().base)) {
+    // The scan as it stands.
+    const PlanBox& plan = scan->plan_box();
+    extent.add(plan.x0, plan.y0);
+    extent.add(plan.x1, plan.y1);
+    std::get<MeshBase>(program.base).placement.clear();
+    TriangleMesh mesh;
+    mesh.positions = scan->positions();
+    mesh.triangles = scan->triangles();
+    widen(program.machining.x_range, extent.x);
+    widen(program.machining.y_range, extent.y);
+    return CompoundSurface::make(program, std::move(mesh));
+  }
   widen(program.machining.x_range, extent.x);
   widen(program.machining.y_range, extent.y);
   return CompoundSurface::make(program);

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""A die over a scanned mesh, as a user drives it: every command, and what it says where nothing can be proved."""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import math
+import struct
+import subprocess
+import sys
+import unittest
+
+from program import SOURCE, CommandLineTest
+
+NOT_KEPT = 5
+PART = """SOLID-DEF
+S1,R-CYLI,2
+P1,20,42,-6
+NOR,.1,.1,1
+RAD,8
+LEN,16
+S2,SPHER
+P1,66,14,4
+RAD,9
+BSURF-DEF
+MESH,scan.stl
+BOOLE-DEF
+B+S1-S2
+MACHI-DEF
+TOLER,.05
+X-INT,2
+Y-INT,2
+CUTTER,6,3
+"""
+
+
+class Scan(CommandLineTest):
+    def scan(self, *words):
+        subprocess.run([sys.executable, SOURCE / "scripts/make_scan.py", "--points", "49", *words,
+                        self.folder / "scan.stl"], check=True)
+        return self.write("die.part", PART)
+
+    def test_export_is_closed_sharp_and_certified(self):
+        part = self.scan("--plain")
+        said = json.loads(self.run_program("export", part, "-o", "die.stl", "--solid", "--json").stdout)
+        self.assertTrue(said["watertight"])
+        self.assertEqual(said["uncertified_area"], 0)
+        self.assertLessEqual(said["certified_deviation"], 0.05)
+        self.assertLess(said["triangles"], 12000)
+        between = {tuple(sorted(c["between"])) for c in said["curves"] if c["kind"] == "crease"}
+        self.assertIn(("B", "S1.side"), between)
+        self.assertIn(("B", "S2.surface"), between)
+        mesh = json.loads(self.run_program("info", "die.stl", "--json").stdout)
+        self.assertEqual(mesh["nonmanifold_edges"], 0)
+
+    def test_overhang_is_told(self):
+        part = self.scan()
+        done = self.run_program("export", part, "-o", "die.glb", "--json", status=NOT_KEPT)
+        said = json.loads(done.stdout)
+        self.assertGreater(said["uncertified_area"], 0)
+        self.assertLess(said["uncertified_area"], 80)  # of 4800: the wall under the rim
+
+    def test_feature_angle(self):
+        part = self.scan("--plain")
+        count = {}
+        for angle in ("4", "80"):
+            said = json.loads(self.run_program("export", part, "-o", "die.obj", "--feature-angle", angle, "--json").stdout)
+            count[angle] = sum(c["between"] == ["B", "B"] for c in said["curves"])
+        self.assertGreater(count["4"], count["80"])
+
+    def test_grid_with_edge_points_is_refused(self):
+        self.run_program("export", self.scan("--plain"), "-o", "die.stl", "--mesh", "grid", status=3)
+
+    def test_cc_data_lies_on_the_facets(self):
+        part = self.scan("--plain")
+        self.run_program("cc", part, "-o", "die.csv")
+        rows = (self.folder / "die.csv").read_text().splitlines()[1:]
+        self.assertEqual(len(rows), 41 * 31)
+        self.assertTrue(all(math.isfinite(float(row.split(",")[2])) for row in rows))
+
+    def test_tool_path_and_its_check(self):
+        part = self.scan("--plain")
+        self.run_program("cl", part, "-o", "die.apt", "--interval", "4")
+        self.run_program("verify", part, "die.apt", "--quiet")
+
+    def test_info_and_preview(self):
+        part = self.scan()
+        said = json.loads(self.run_program("info", part, "--json").stdout)
+        self.assertEqual([s["id"] for s in said["solids"]], ["S1", "S2"])
+        self.run_program("preview", part, "-o", "die.png")
+        data = (self.folder / "die.png").read_bytes()
+        self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertGreater(struct.unpack_from(">I", data, 16)[0], 100)
+
+    def test_a_scan_that_is_not_there(self):
+        part = self.write("die.part", PART)
+        self.run_program("export", part, "-o", "die.stl", status=2)
+        self.assertEqual(self.files(), ["die.part"])
+
+
+if __name__ == "__main__":
+    unittest.main()
