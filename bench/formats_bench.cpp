@@ -126,6 +126,30 @@ void openmesh_read(benchmark::State& state, const Format& format, bool ascii) {
   ::unlink(path.c_str());
   state.SetBytesProcessed(static_cast<std::int64_t>(bytes.size()) * state.iterations());
 }
+
+void openmesh_write(benchmark::State& state, const Format& format) {
+  OpenMesh::TriMesh_ArrayKernelT<> mesh;
+  for (const Vec3& p : sheet().positions) {
+    mesh.add_vertex(
+        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+  }
+  const auto handle = [](std::uint32_t v) { return OpenMesh::VertexHandle(static_cast<int>(v)); };
+  for (const auto& t : sheet().triangles) mesh.add_face(handle(t[0]), handle(t[1]), handle(t[2]));
+  const std::string path = scratch(format);
+  OpenMesh::IO::Options options = OpenMesh::IO::Options::Default;
+  if (&format != &kObj) options += OpenMesh::IO::Options::Binary;
+  mesh.request_face_normals();
+  mesh.update_face_normals();
+  for (auto round : state) {
+    if (!OpenMesh::IO::write_mesh(mesh, path, options, 9)) {
+      state.SkipWithError("OpenMesh cannot write");
+      break;
+    }
+  }
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  state.SetBytesProcessed(static_cast<std::int64_t>(file.tellg()) * state.iterations());
+  ::unlink(path.c_str());
+}
 #endif
 
 #ifdef DIESINK_BENCH_TINYOBJ
@@ -179,6 +203,9 @@ BENCHMARK_CAPTURE(read_bytes_of, off_all_cores, kOff, false, false, 0)
 #ifdef DIESINK_BENCH_OPENMESH
 BENCHMARK_CAPTURE(openmesh_read, stl_binary, kStl, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(openmesh_read, stl_ascii, kStl, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(openmesh_write, stl_binary, kStl)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(openmesh_write, ply_binary, kPly)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(openmesh_write, obj, kObj)->Unit(benchmark::kMillisecond);
 #endif
 #ifdef DIESINK_BENCH_TINYOBJ
 BENCHMARK(tinyobj_read)->Unit(benchmark::kMillisecond);

@@ -62,7 +62,11 @@ Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& opti
                            const CommonOptions& common, Diagnostics& diagnostics) {
   const MemoryLimit limit(max_memory_of(options));
   Result<InputBytes> file = read_file(path, max_bytes_of(options));
-  if (!file) return {std::nullopt, report(file.error())};
+  if (!file) {
+    Error error = file.error();
+    if (error.code == ErrorCode::kLimit) error.message += "; --max-memory raises it";
+    return {std::nullopt, report(error)};
+  }
   return parse_mesh(file->bytes(), path, options, common, diagnostics,
                     [&](std::size_t count) { file->forget(count); });
 }

@@ -70,7 +70,9 @@ struct Format {
   std::string_view id;                           // "stl"
   std::string_view title;                        // "STL (binary and ASCII)"
   std::span<const std::string_view> extensions;  // ".stl", lower case
-  Keeps positions, names, colors, normals, lines, units, sharing;
+  // Everything, unless the row says otherwise.
+  Keeps positions = Keeps::kYes, names = Keeps::kYes, colors = Keeps::kYes, normals = Keeps::kYes,
+        lines = Keeps::kYes, units = Keeps::kYes, sharing = Keeps::kYes;
   // True where the first bytes (and the size) can only be, or very likely are, this format.
   bool (*matches)(std::span<const std::byte> bytes);
   // Null where the format is only written.

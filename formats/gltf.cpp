@@ -133,14 +133,6 @@ Result<WrittenMesh> stream_gltf(const TriangleMesh& mesh, const WriteOptions& op
   return answer_of(*layout);
 }
 
-Result<WrittenMesh> write_glb(const TriangleMesh& mesh, const WriteOptions& options) {
-  return write_to_memory(stream_glb, mesh, options);
-}
-
-Result<WrittenMesh> write_gltf(const TriangleMesh& mesh, const WriteOptions& options) {
-  return write_to_memory(stream_gltf, mesh, options);
-}
-
 bool looks_like_glb(std::span<const std::byte> bytes) {
   return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
 }
@@ -159,35 +151,32 @@ bool looks_like_gltf(std::span<const std::byte> bytes) {
 constexpr std::array<std::string_view, 1> kGltfExtensions{".gltf"};
 constexpr std::array<std::string_view, 1> kGlbExtensions{".glb"};
 
-// The row of one of the two forms.
-constexpr Format form(std::string_view id, std::string_view title,
-                      std::span<const std::string_view> extensions,
-                      decltype(Format::matches) matches, decltype(Format::write) write,
-                      decltype(Format::stream) stream, std::string_view remarks) {
-  return {.id = id,
-          .title = title,
-          .extensions = extensions,
-          .positions = Keeps::kFloat32,
-          .names = Keeps::kYes,
-          .colors = Keeps::kYes,
-          .normals = Keeps::kFloat32,
-          .lines = Keeps::kYes,
-          .units = Keeps::kYes,
-          .sharing = Keeps::kYes,
-          .matches = matches,
-          .read = read_gltf,
-          .write = write,
-          .stream = stream,
-          .remarks = remarks};
-}
-
 }  // namespace
 
-const Format kGltf =
-    form("gltf", "glTF 2.0 with a .bin beside it", kGltfExtensions, looks_like_gltf, write_gltf,
-         stream_gltf, "metres and Y up by the root node's matrix; Draco");
-const Format kGlb =
-    form("glb", "glTF 2.0 in one binary file", kGlbExtensions, looks_like_glb, write_glb,
-         stream_glb, "metres and Y up by the root node's matrix; Draco; at most 4 GiB");
+const Format kGltf{
+    .id = "gltf",
+    .title = "glTF 2.0 with a .bin beside it",
+    .extensions = kGltfExtensions,
+    .positions = Keeps::kFloat32,
+    .normals = Keeps::kFloat32,
+    .matches = looks_like_gltf,
+    .read = read_gltf,
+    .write = write_to_memory<stream_gltf>,
+    .stream = stream_gltf,
+    .remarks = "metres and Y up by the root node's matrix; Draco",
+};
+
+const Format kGlb{
+    .id = "glb",
+    .title = "glTF 2.0 in one binary file",
+    .extensions = kGlbExtensions,
+    .positions = Keeps::kFloat32,
+    .normals = Keeps::kFloat32,
+    .matches = looks_like_glb,
+    .read = read_gltf,
+    .write = write_to_memory<stream_glb>,
+    .stream = stream_glb,
+    .remarks = "metres and Y up by the root node's matrix; Draco; at most 4 GiB",
+};
 
 }  // namespace diesink

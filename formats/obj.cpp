@@ -166,10 +166,6 @@ Result<WrittenMesh> stream_obj(const TriangleMesh& mesh, const WriteOptions& opt
   return WrittenMesh{};
 }
 
-Result<WrittenMesh> write_obj(const TriangleMesh& mesh, const WriteOptions& options) {
-  return write_to_memory(stream_obj, mesh, options);
-}
-
 constexpr std::array<std::string_view, 1> kExtensions{".obj"};
 
 }  // namespace
@@ -178,18 +174,12 @@ const Format kObj{
     .id = "obj",
     .title = "Wavefront OBJ with .mtl",
     .extensions = kExtensions,
-    .positions = Keeps::kYes,
-    .names = Keeps::kYes,
-    .colors = Keeps::kYes,
-    .normals = Keeps::kYes,
-    .lines = Keeps::kYes,
-    .units = Keeps::kYes,
-    .sharing = Keeps::kYes,
     .matches = looks_like_obj,
     .read = read_obj,
-    .write = write_obj,
+    .write = write_to_memory<stream_obj>,
     .stream = stream_obj,
-    .remarks = "units and up axis as comments; colours of elements in the .mtl, of vertices without alpha",
+    .remarks =
+        "units and up axis as comments; colours of elements in the .mtl, of vertices without alpha",
 };
 
 }  // namespace diesink

@@ -62,10 +62,6 @@ Result<WrittenMesh> stream_off(const TriangleMesh& mesh, const WriteOptions& opt
   return WrittenMesh{};
 }
 
-Result<WrittenMesh> write_off(const TriangleMesh& mesh, const WriteOptions& options) {
-  return write_to_memory(stream_off, mesh, options);
-}
-
 constexpr std::array<std::string_view, 1> kExtensions{".off"};
 
 }  // namespace
@@ -74,16 +70,12 @@ const Format kOff{
     .id = "off",
     .title = "Object File Format",
     .extensions = kExtensions,
-    .positions = Keeps::kYes,
     .names = Keeps::kNo,
-    .colors = Keeps::kYes,
     .normals = Keeps::kNo,
     .lines = Keeps::kNo,
-    .units = Keeps::kYes,
-    .sharing = Keeps::kYes,
     .matches = looks_like_off,
     .read = read_off,
-    .write = write_off,
+    .write = write_to_memory<stream_off>,
     .stream = stream_off,
     .remarks = "units and up axis as comments",
 };

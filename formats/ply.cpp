@@ -221,10 +221,6 @@ Result<WrittenMesh> stream_ply(const TriangleMesh& mesh, const WriteOptions& opt
   return WrittenMesh{};
 }
 
-Result<WrittenMesh> write_ply(const TriangleMesh& mesh, const WriteOptions& options) {
-  return write_to_memory(stream_ply, mesh, options);
-}
-
 constexpr std::array<std::string_view, 1> kExtensions{".ply"};
 
 }  // namespace
@@ -233,16 +229,9 @@ const Format kPly{
     .id = "ply",
     .title = "Stanford PLY (binary and ASCII)",
     .extensions = kExtensions,
-    .positions = Keeps::kYes,
-    .names = Keeps::kYes,
-    .colors = Keeps::kYes,
-    .normals = Keeps::kYes,
-    .lines = Keeps::kYes,
-    .units = Keeps::kYes,
-    .sharing = Keeps::kYes,
     .matches = looks_like_ply,
     .read = read_ply,
-    .write = write_ply,
+    .write = write_to_memory<stream_ply>,
     .stream = stream_ply,
     .remarks = "names, colours of elements, units and up axis as comments",
 };

@@ -170,10 +170,6 @@ Result<WrittenMesh> stream_stl(const TriangleMesh& mesh, const WriteOptions& opt
   return options.ascii ? stream_ascii(mesh, files) : stream_binary(mesh, options, files);
 }
 
-Result<WrittenMesh> write_stl(const TriangleMesh& mesh, const WriteOptions& options) {
-  return write_to_memory(stream_stl, mesh, options);
-}
-
 constexpr std::array<std::string_view, 2> kExtensions{".stl", ".stla"};
 
 }  // namespace
@@ -183,15 +179,12 @@ const Format kStl{
     .title = "STL (binary and ASCII)",
     .extensions = kExtensions,
     .positions = Keeps::kFloat32,
-    .names = Keeps::kYes,
-    .colors = Keeps::kYes,
     .normals = Keeps::kNo,
     .lines = Keeps::kNo,
-    .units = Keeps::kYes,
     .sharing = Keeps::kNo,
     .matches = looks_like_stl,
     .read = read_stl,
-    .write = write_stl,
+    .write = write_to_memory<stream_stl>,
     .stream = stream_stl,
     .remarks =
         "names and full precision in ASCII only; units, and colours of 15 bits, in binary only",

@@ -6,8 +6,14 @@
 
 namespace diesink {
 
-// Runs `stream` into memory: the `write` of a format that has `stream`.
+// Runs `stream` into memory.
 Result<WrittenMesh> write_to_memory(decltype(Format::stream) stream, const TriangleMesh& mesh,
                                     const WriteOptions& options);
+
+// The same as the `write` of a format that has `stream`.
+template <auto kStream>
+Result<WrittenMesh> write_to_memory(const TriangleMesh& mesh, const WriteOptions& options) {
+  return write_to_memory(kStream, mesh, options);
+}
 
 }  // namespace diesink

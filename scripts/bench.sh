@@ -81,6 +81,8 @@ for file in sorted(os.listdir(folder)):
             rate = scaled(b["items_per_second"], [("G/s", 1e9), ("M/s", 1e6), ("k/s", 1e3), ("/s", 1)])
         elif "bytes_per_second" in b:
             rate = scaled(b["bytes_per_second"], [("GB/s", 1e9), ("MB/s", 1e6), ("kB/s", 1e3), ("B/s", 1)])
+        if "times_mesh" in b:
+            rate = f"{b['times_mesh']:.2f} x mesh"
         rows.append((name.removesuffix("_bench"), b["name"].removesuffix("/real_time"), time, processor, rate))
 if keep:
     with open(keep, "w") as stream:

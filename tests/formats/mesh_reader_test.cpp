@@ -197,6 +197,31 @@ TEST(MeshReader, TakesWhatIsOddAndSaysSo) {
   }
 }
 
+TEST(MeshReader, PlyFacesOnBothSidesOfTheirVertices) {
+  const std::string start =
+      "ply\nformat ascii 1.0\nelement face 1\n"
+      "property list uchar int vertex_indices\nproperty int normal1\n"
+      "property int normal2\nproperty int normal3\nelement vertex 4\n";
+  const std::string vector = "property float nx\nproperty float ny\nproperty float nz\n";
+  const std::string end = "element normal 6\n" + vector +
+                          "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+                          "3 0 1 2 3 4 5\n";
+  const std::string position = "property float x\nproperty float y\nproperty float z\n";
+  const std::string rest = "1 0 0\n0 1 0\n0 0 1\n0 1 0\n1 0 0\n0 0 1\n3 1 3 2\n";
+  const Outcome outcome =
+      read(kPly, start + position + vector + end +
+                     "0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n1 1 0 0 0 1\n" + rest);
+  ASSERT_TRUE(outcome.read) << outcome.said;
+  expect_sound(outcome.mesh, "both sides");
+  ASSERT_EQ(outcome.mesh.triangles.size(), 2U);
+  // The strip is read first, its vertices' normals give way to those that the face counts.
+  EXPECT_EQ(outcome.mesh.triangles[0], (std::array<std::uint32_t, 3>{1, 3, 2}));
+  EXPECT_EQ(outcome.mesh.triangles[1], (std::array<std::uint32_t, 3>{0, 1, 2}));
+  ASSERT_EQ(outcome.mesh.corner_normals.size(), 2U);
+  EXPECT_EQ(outcome.mesh.normals[outcome.mesh.corner_normals[1][0]], Vec3(0, 1, 0));
+  EXPECT_NE(outcome.said.find("1 triangles have no normals"), std::string::npos) << outcome.said;
+}
+
 TEST(MeshReader, PlyOfEveryTypeAndByteOrder) {
   // The same triangle with properties in another order, other types and both byte orders.
   const std::string head =

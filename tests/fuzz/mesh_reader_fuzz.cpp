@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
+#include <string>
 
 #include "core/mesh_tools/repair.h"
 #include "formats/registry.h"
@@ -57,7 +58,25 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   diesink::Diagnostics diagnostics;
   format.matches(bytes);
   diesink::Result<TriangleMesh> mesh = format.read(bytes, options, diagnostics);
-  for (const diesink::Diagnostic& d : diagnostics.all()) to_text(d);
+  std::string told;
+  for (const diesink::Diagnostic& d : diagnostics.all()) told += to_text(d) + "\n";
+  // Several threads must make the same of it.
+  diesink::ReadOptions parallel = options;
+  parallel.threads = 3;
+  parallel.parallel_bytes = 64;
+  diesink::Diagnostics of_threads;
+  const diesink::Result<TriangleMesh> same = format.read(bytes, parallel, of_threads);
+  std::string told_by_threads;
+  for (const diesink::Diagnostic& d : of_threads.all()) told_by_threads += to_text(d) + "\n";
+  require(same.has_value() == mesh.has_value(), "threads agree whether it can be read");
+  if (mesh) {
+    require(told_by_threads == told, "threads tell the same");
+    require(same->positions == mesh->positions && same->triangles == mesh->triangles &&
+                same->triangle_element == mesh->triangle_element,
+            "threads read the same");
+  } else {
+    require(to_text(same.error()) == to_text(mesh.error()), "threads tell the same error");
+  }
   if (!mesh) {
     require(!mesh.error().message.empty(), "an error says something");
     return 0;
