@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,21 +46,27 @@ Result<PathFormat> format_of(const std::string& path) {
                "' has no ending that can be written: .apt .cls .ncl .aptsource .ngc .csv");
 }
 
-std::string summary(const Options& options, const PlannedPath& planned, double seconds) {
-  const PathReport& r = planned.report;
+std::string summary(const Options& options, const std::string& name, const PathReport& r,
+                    double seconds) {
   char line[512];
   std::snprintf(line, sizeof line,
                 "%s: %zu passes %.4g to %.4g apart, %zu points, %.6g cutting, %.6g rapid; %.3f s\n",
-                planned.path.name.c_str(), r.passes, r.least_interval, r.greatest_interval,
-                r.points, r.feed_length, r.rapid_length, seconds);
+                name.c_str(), r.passes, r.least_interval, r.greatest_interval, r.points,
+                r.feed_length, r.rapid_length, seconds);
   std::string text = line;
+  if (r.added_runs + r.wall_runs > 0) {
+    std::snprintf(line, sizeof line, "  %zu runs put in on steep places, %zu along walls\n",
+                  r.added_runs, r.wall_runs);
+    text += line;
+  }
   if (options.method == PathMethod::kDrop) {
     std::snprintf(line, sizeof line,
                   "  cuts at most %.4g too deep, leaves at most %.4g along a pass\n",
                   r.overcut_bound, r.undercut_bound);
   } else {
-    std::snprintf(line, sizeof line, "  %zu loops removed, %zu crossings inserted\n",
-                  r.loops_removed, r.crossings_inserted);
+    std::snprintf(line, sizeof line,
+                  "  %zu loops removed, %zu crossings inserted; cuts at most %.4g too deep\n",
+                  r.loops_removed, r.crossings_inserted, r.overcut_bound);
   }
   text += line;
   if (r.unreachable_area > 0) {
@@ -74,36 +81,74 @@ std::string summary(const Options& options, const PlannedPath& planned, double s
   return text;
 }
 
-Status write_cc(const PlannedPath& planned, const std::string& path, OutputFiles& files) {
-  Result<ByteSink*> sink = files.open(path);
-  if (!sink) return sink.error();
-  ByteWriter out(**sink);
-  out << "pass,x,y,z,nx,ny,nz\n";
-  for (std::size_t k = 0; k < planned.cc_passes.size(); ++k) {
-    for (const CcContact& c : planned.cc_passes[k]) {
-      out << static_cast<std::uint64_t>(k);
-      for (const double v : {c.p.x(), c.p.y(), c.p.z(), c.n.x(), c.n.y(), c.n.z()}) out << ',' << v;
-      out << '\n';
-    }
-  }
-  return out.finish();
-}
+// All outputs of one path, written as it is planned.
+class PathOutputs final : public PathReceiver {
+ public:
+  explicit PathOutputs(const Options& options) : options_(options) {}
 
-Status write_all(const Options& options, const PlannedPath& planned) {
-  OutputFiles files;
-  PathWriteOptions how;
-  how.program_comment = "diesink " DIESINK_VERSION;
-  how.flavour = options.flavour;
-  for (const std::string& path : options.outputs) {
-    Result<ByteSink*> sink = files.open(path);
-    if (!sink) return sink.error();
-    if (Status done = write_path(planned.path, *format_of(path), how, **sink); !done) return done;
+  Status begin(const ToolPath& planned) override {
+    ToolPath head = planned;
+    set_speeds(head, options_);
+    PathWriteOptions how;
+    how.program_comment = "diesink " DIESINK_VERSION;
+    how.flavour = options_.flavour;
+    for (const std::string& path : options_.outputs) {
+      Result<ByteSink*> sink = files_.open(path);
+      if (!sink) return sink.error();
+      writers_.push_back(std::make_unique<PathWriter>(*format_of(path), how, **sink));
+      if (Status done = writers_.back()->begin(head); !done) return done;
+    }
+    return ok();
   }
-  if (!options.cc_output.empty()) {
-    if (Status done = write_cc(planned, options.cc_output, files); !done) return done;
+
+  Status take(std::span<const ClPoint> points) override {
+    for (const std::unique_ptr<PathWriter>& writer : writers_) {
+      if (Status done = writer->take(points); !done) return done;
+    }
+    return ok();
   }
-  return files.commit();
-}
+
+  // The CC-data of one stretch; an error is kept until commit().
+  void cc(std::span<const CcContact> contacts) {
+    if (!cc_status_) return;
+    if (!cc_) {
+      Result<ByteSink*> sink = files_.open(options_.cc_output);
+      if (!sink) {
+        cc_status_ = sink.error();
+        return;
+      }
+      cc_ = std::make_unique<ByteWriter>(**sink);
+      *cc_ << "pass,x,y,z,nx,ny,nz\n";
+    }
+    for (const CcContact& c : contacts) {
+      *cc_ << stretches_;
+      for (const double v : {c.p.x(), c.p.y(), c.p.z(), c.n.x(), c.n.y(), c.n.z()}) {
+        *cc_ << ',' << v;
+      }
+      *cc_ << '\n';
+    }
+    ++stretches_;
+  }
+
+  Status commit() {
+    for (const std::unique_ptr<PathWriter>& writer : writers_) {
+      if (Status done = writer->finish(); !done) return done;
+    }
+    if (!cc_status_) return cc_status_;
+    if (cc_) {
+      if (Status done = cc_->finish(); !done) return done;
+    }
+    return files_.commit();
+  }
+
+ private:
+  const Options& options_;
+  OutputFiles files_;
+  std::vector<std::unique_ptr<PathWriter>> writers_;
+  std::unique_ptr<ByteWriter> cc_;
+  std::uint64_t stretches_ = 0;
+  Status cc_status_ = ok();
+};
 
 Status check(const Options& options, const CommonOptions& common) {
   std::vector<std::string> all = options.outputs;
@@ -135,22 +180,25 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   Progress progress("planning", common.quiet);
   how->threads = common.threads;
   how->progress = [&](double part) { progress.update(part); };
-  Result<PlannedPath> planned = plan_path(*loaded.value, *how);
+  PathOutputs outputs(options);
+  if (!options.cc_output.empty()) {
+    how->cc_pass = [&](std::span<const CcContact> contacts) { outputs.cc(contacts); };
+  }
+  const Result<PathReport> planned = plan_path(*loaded.value, *how, outputs);
   if (!planned) {
     Error error = planned.error();
     if (error.where.file.empty()) error.where.file = program.file;
     return report(error);
   }
-  set_speeds(planned->path, options);
-  if (Status written = write_all(options, *planned); !written) return report(written.error());
+  if (Status written = outputs.commit(); !written) return report(written.error());
   const double seconds = watch.lap();
-  const PathReport& r = planned->report;
+  const PathReport& r = *planned;
   const bool to_stdout = std::count(options.outputs.begin(), options.outputs.end(), "-") > 0;
   if (common.json) {
     if (const ExitStatus status = print(to_json(r, seconds) + "\n"); status != ExitStatus::kDone)
       return status;
   } else if (!common.quiet && !to_stdout) {
-    if (const ExitStatus status = print(summary(options, *planned, seconds));
+    if (const ExitStatus status = print(summary(options, program.name, r, seconds));
         status != ExitStatus::kDone)
       return status;
   }

@@ -72,6 +72,8 @@ std::string to_json(const VerifyReport& r) {
       .field("unreachable_area", r.unreachable_area)
       .field("rapid_plunges", r.rapid_plunges)
       .field("spacing", r.spacing)
+      .field("excess_bound", r.excess_bound)
+      .field("proven_part", r.proven_part)
       .end_object();
   return json.text();
 }

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 
 #include "convert/input.h"
 #include "core/tool_path.h"
+#include "formats/input_file.h"
+#include "formats/path_file.h"
 
 namespace diesink {
 
@@ -14,7 +17,28 @@ namespace diesink {
 // line "g 1" is, the ending decides, then the mesh.
 bool is_path(std::span<const std::byte> bytes, const std::string& name);
 
-// Reads an APT, G-code or CSV path ("-" is stdin), told by its content; its warnings are told.
+// An APT, G-code or CSV path ("-" is stdin), told by its content, that is gone over piece by piece
+// and never held whole.
+class PathInput {
+ public:
+  // Opens it, reads all of it once and tells its errors and warnings.
+  static Loaded<PathInput> open(const std::string& name);
+
+  // Everything but the points, lengths in the file's unit.
+  [[nodiscard]] const ToolPath& head() const { return head_; }
+
+  // Its points in `unit`, from the beginning. Errors: kInput where the file has changed meanwhile.
+  Status points(LengthUnit unit, const PathTaker& take);
+
+ private:
+  InputBytes bytes_;  // of a pipe
+  std::unique_ptr<TextSource> text_;
+  std::string shown_;
+  PathFormat format_ = PathFormat::kApt;
+  ToolPath head_;
+};
+
+// Reads a path and holds it whole; its warnings are told.
 Loaded<ToolPath> load_path(const std::string& name);
 // The same for the content of `name`, read before.
 Loaded<ToolPath> load_path(std::span<const std::byte> bytes, const std::string& name);

@@ -90,6 +90,8 @@ std::string as_table(const VerifyReport& r) {
        {"largest gouge", number(r.max_gouge), r.max_gouge > 0 ? at(r.max_gouge_at) : "-"},
        {"  not larger than", number(r.max_gouge + r.bound), "-"},
        {"largest excess", number(r.max_excess), at(r.max_excess_at)},
+       {"  not larger than", number(r.max_excess + r.excess_bound),
+        number(100 * r.proven_part) + " % proven within the limit"},
        {"cusp height, half below", number(r.cusp_p50), "-"},
        {"  99 % below", number(r.cusp_p99), "-"},
        {"  all below", number(r.cusp_max), "-"},
@@ -111,10 +113,11 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   const Loaded<CompoundSurface> loaded = load_surface(options.part);
   if (!loaded.value) return loaded.status;
   const PartProgram& program = loaded.value->program();
-  Loaded<ToolPath> path = load_path(options.path);
+  Loaded<PathInput> path = PathInput::open(options.path);
   if (!path.value) return path.status;
-  to_unit(*path.value, program.unit);
-  Result<VerifyOptions> how = verify_options(options, *path.value, program, options.path);
+  ToolPath head = path.value->head();
+  to_unit(head, program.unit);
+  Result<VerifyOptions> how = verify_options(options, head, program, options.path);
   if (!how) return report(how.error());
   Progress progress("verifying", common.quiet);
   how->threads = common.threads;
@@ -122,8 +125,9 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   const Result<Tessellation> mesh = wide_mesh(*loaded.value, *how);
   if (!mesh) return report(mesh.error());
   const double deviation = mesh->report.certified_deviation;
-  const Result<VerifyReport> found =
-      verify_path(*loaded.value, mesh->mesh, deviation, *path.value, *how);
+  const Result<VerifyReport> found = verify_path(
+      *loaded.value, mesh->mesh, deviation,
+      [&](const PathTaker& take) { return path.value->points(program.unit, take); }, *how);
   if (!found) {
     Error error = found.error();
     if (error.where.file.empty()) error.where.file = options.path;
@@ -167,7 +171,7 @@ Run setup(CLI::App& app) {
              "excess allowed (default: the path's, else OUTTOL or TOLER)", kNotNegative);
   add_number(app, "--cusp", o->cusp, "cusp height allowed besides (default: CUSP)", kPositive);
   add_number(app, "--spacing", o->spacing,
-             "of the lattice of cusp heights (default: a fortieth of the cutter)", kPositive);
+             "of the lattice of cusp heights (default: an eightieth of the cutter)", kPositive);
   app.add_option("--map", o->map, "what stays, as a coloured picture")->type_name("OUT.png");
   return [o](const CommonOptions& common) { return run(*o, common); };
 }

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/part_program/part_program.h"
+#include "core/result.h"
 #include "core/units.h"
 #include "core/vec.h"
 
@@ -35,6 +38,19 @@ struct ToolPath {
   double clearance = 0;
   int tool_number = 1;
   std::vector<ClPoint> points;
+};
+
+// Is called with the points of a path in order, some at a time.
+using PathTaker = std::function<void(std::span<const ClPoint>)>;
+
+// Takes a path in pieces, so that it need not be held whole.
+class PathReceiver {
+ public:
+  virtual ~PathReceiver() = default;
+  // Once, before any point: everything but the points.
+  virtual Status begin(const ToolPath& head) = 0;
+  // The next points. After an error none come.
+  virtual Status take(std::span<const ClPoint> points) = 0;
 };
 
 }  // namespace diesink

@@ -19,9 +19,9 @@ struct Word {
 
 class AptReader {
  public:
-  AptReader(std::string_view text, const std::string& file_name, ToolPath& path,
+  AptReader(TextSource& text, const std::string& file_name, ToolPath& path, PointsRead& points,
             Diagnostics& diagnostics)
-      : lines_(text, file_name, diagnostics), path_(path) {}
+      : lines_(text, file_name, diagnostics), path_(path), points_(points) {}
 
   void read() {
     while (!finished_ && lines_.next()) {
@@ -136,7 +136,7 @@ class AptReader {
       lines_.error(words_[3].column, "a tool axis that is not 0,0,1; expected three-axis CL-data");
       return;
     }
-    path_.points.push_back({{v[0], v[1], v[2]}, motion});
+    points_.add({v[0], v[1], v[2]}, motion);
     rapid_ = false;
   }
 
@@ -149,11 +149,11 @@ class AptReader {
       go_to(Motion::kRapid);
     } else if (m == "GODLTA") {
       std::array<double, 3> v{0, 0, 0};
-      if (words_.size() != 3 || path_.points.empty()) {
+      if (words_.size() != 3 || points_.count() == 0) {
         lines_.error(major_.column, "GODLTA/ needs dx,dy,dz and a position before it");
       } else if (numbers(0, 3, v.data())) {
-        path_.points.push_back({path_.points.back().tip + Vec3(v[0], v[1], v[2]),
-                                rapid_ ? Motion::kRapid : Motion::kFeed});
+        points_.add(points_.last() + Vec3(v[0], v[1], v[2]),
+                    rapid_ ? Motion::kRapid : Motion::kFeed);
         rapid_ = false;
       }
     } else if (m == "RAPID") {
@@ -253,6 +253,7 @@ class AptReader {
 
   PathLines lines_;
   ToolPath& path_;
+  PointsRead& points_;
   Word major_;
   std::vector<Word> words_;
   bool slash_ = false, continued_ = false, finished_ = false, rapid_ = false;
@@ -263,9 +264,9 @@ class AptReader {
 
 }  // namespace
 
-void read_apt(std::string_view text, const std::string& file_name, ToolPath& path,
+void read_apt(TextSource& text, const std::string& file_name, ToolPath& head, PointsRead& points,
               Diagnostics& diagnostics) {
-  AptReader(text, file_name, path, diagnostics).read();
+  AptReader(text, file_name, head, points, diagnostics).read();
 }
 
 }  // namespace diesink

@@ -38,50 +38,52 @@ void statement(ByteWriter& out, const std::string& text) {
   out << rest << '\n';
 }
 
-}  // namespace
-
-void write_apt(const ToolPath& path, const PathWriteOptions& options, ByteWriter& out) {
-  const bool inch = path.unit == LengthUnit::kInch;
-  const int decimals = path_decimals(path);
-  const AptFlavour flavour = options.flavour;
-  const std::string_view feed_unit = inch ? "IPM" : "MMPM";
-  statement(out, ("PARTNO " + plain(path.name)).substr(0, kColumns));
-  statement(out, ("$$ " + plain(options.program_comment)).substr(0, kColumns));
-  statement(out, inch ? "UNITS/INCHES" : "UNITS/MM");
-  if (path.intol > 0) statement(out, "INTOL/" + fixed(path.intol, 9));
-  if (path.outtol > 0) statement(out, "OUTTOL/" + fixed(path.outtol, 9));
-  if (path.cutter) {
-    const double d = path.cutter->diameter, r = path.cutter->corner_radius;
-    statement(out, "CUTTER/" + fixed(d, 9) + "," + fixed(r, 9) + "," + fixed(d / 2 - r, 9) + "," +
-                       fixed(r, 9) + ",0.,0.," + fixed(4 * d, 9));
-  }
-  const std::string tool = std::to_string(path.tool_number);
-  statement(out, flavour == AptFlavour::kNx ? "LOAD/TOOL," + tool : "LOADTL/" + tool);
-  if (path.spindle > 0) {
-    const std::string speed = fixed(path.spindle, 3);
-    const bool unit_first = flavour == AptFlavour::kNx || flavour == AptFlavour::kCreo;
-    statement(out, unit_first ? "SPINDL/RPM," + speed + ",CLW" : "SPINDL/" + speed + ",RPM,CLW");
-  }
-  const std::string feed = fixed(path.feed, 3);
-  const std::string feed_statement = flavour == AptFlavour::kNx
-                                         ? "FEDRAT/" + std::string(feed_unit) + "," + feed
+class AptText final : public PathText {
+ public:
+  void begin(const ToolPath& path, const PathWriteOptions& options, ByteWriter& out) override {
+    const bool inch = path.unit == LengthUnit::kInch;
+    decimals_ = path_decimals(path);
+    const AptFlavour flavour = options.flavour;
+    const std::string_view feed_unit = inch ? "IPM" : "MMPM";
+    statement(out, ("PARTNO " + plain(path.name)).substr(0, kColumns));
+    statement(out, ("$$ " + plain(options.program_comment)).substr(0, kColumns));
+    statement(out, inch ? "UNITS/INCHES" : "UNITS/MM");
+    if (path.intol > 0) statement(out, "INTOL/" + fixed(path.intol, 9));
+    if (path.outtol > 0) statement(out, "OUTTOL/" + fixed(path.outtol, 9));
+    if (path.cutter) {
+      const double d = path.cutter->diameter, r = path.cutter->corner_radius;
+      statement(out, "CUTTER/" + fixed(d, 9) + "," + fixed(r, 9) + "," + fixed(d / 2 - r, 9) + "," +
+                         fixed(r, 9) + ",0.,0.," + fixed(4 * d, 9));
+    }
+    const std::string tool = std::to_string(path.tool_number);
+    statement(out, flavour == AptFlavour::kNx ? "LOAD/TOOL," + tool : "LOADTL/" + tool);
+    spindle_ = path.spindle > 0;
+    if (spindle_) {
+      const std::string speed = fixed(path.spindle, 3);
+      const bool unit_first = flavour == AptFlavour::kNx || flavour == AptFlavour::kCreo;
+      statement(out, unit_first ? "SPINDL/RPM," + speed + ",CLW" : "SPINDL/" + speed + ",RPM,CLW");
+    }
+    if (path.feed > 0) {
+      const std::string feed = fixed(path.feed, 3);
+      feed_ = flavour == AptFlavour::kNx ? "FEDRAT/" + std::string(feed_unit) + "," + feed
                                          : "FEDRAT/" + feed + "," + std::string(feed_unit);
-  bool rapid = true;
-  std::string line, last;
-  for (const ClPoint& point : path.points) {
+    }
+  }
+
+  void point(const ClPoint& point, ByteWriter& out) override {
     if (point.motion == Motion::kRapid) {
       out << "RAPID\n";
-      rapid = true;
-    } else if (rapid) {
-      if (path.feed > 0) statement(out, feed_statement);
-      rapid = false;
+      rapid_ = true;
+    } else if (rapid_) {
+      if (!feed_.empty()) statement(out, feed_);
+      rapid_ = false;
     }
     std::array<char, 3 * (kMaxNumberText + 24)> text;
     char* at = text.data();
     for (int k = 0; k < 3; ++k) {
       if (k > 0) *at++ = ',';
       char* const begin = at;
-      at = put_fixed(at, point.tip[k], decimals);
+      at = put_fixed(at, point.tip[k], decimals_);
       if (std::string_view(begin, static_cast<std::size_t>(at - begin)).find('.') ==
           std::string_view::npos) {
         *at++ = '.';
@@ -90,8 +92,20 @@ void write_apt(const ToolPath& path, const PathWriteOptions& options, ByteWriter
     out << "GOTO/" << std::string_view(text.data(), static_cast<std::size_t>(at - text.data()))
         << '\n';
   }
-  if (path.spindle > 0) out << "SPINDL/OFF\n";
-  out << "FINI\n";
-}
+
+  void end(ByteWriter& out) override {
+    if (spindle_) out << "SPINDL/OFF\n";
+    out << "FINI\n";
+  }
+
+ private:
+  int decimals_ = 6;
+  bool spindle_ = false, rapid_ = true;
+  std::string feed_;
+};
+
+}  // namespace
+
+std::unique_ptr<PathText> apt_text() { return std::make_unique<AptText>(); }
 
 }  // namespace diesink

@@ -66,6 +66,8 @@ class ByteWriter {
   ByteWriter& operator<<(double number);
   ByteWriter& operator<<(std::uint64_t number);
 
+  // The first error so far.
+  [[nodiscard]] const Status& status() const { return status_; }
   // Passes on what is left; the first error of all.
   Status finish();
 

@@ -12,9 +12,9 @@ namespace {
 
 class GcodeReader {
  public:
-  GcodeReader(std::string_view text, const std::string& file_name, ToolPath& path,
+  GcodeReader(TextSource& text, const std::string& file_name, ToolPath& path, PointsRead& points,
               Diagnostics& diagnostics)
-      : lines_(text, file_name, diagnostics), path_(path) {}
+      : lines_(text, file_name, diagnostics), path_(path), points_(points) {}
 
   void read() {
     path_.unit = LengthUnit::kMillimetre;
@@ -89,7 +89,7 @@ class GcodeReader {
   }
 
   bool unit(LengthUnit unit, std::size_t column) {
-    if (unit != path_.unit && !path_.points.empty()) {
+    if (unit != path_.unit && points_.count() > 0) {
       lines_.error(column, "the unit changes within the path");
       return false;
     }
@@ -207,11 +207,12 @@ class GcodeReader {
       }
       return;
     }
-    path_.points.push_back({Vec3(*at_[0], *at_[1], *at_[2]), *motion_});
+    points_.add(Vec3(*at_[0], *at_[1], *at_[2]), *motion_);
   }
 
   PathLines lines_;
   ToolPath& path_;
+  PointsRead& points_;
   std::optional<Motion> motion_;
   std::array<std::optional<double>, 3> at_;
   bool relative_ = false, finished_ = false, dwell_ = false;
@@ -219,9 +220,9 @@ class GcodeReader {
 
 }  // namespace
 
-void read_gcode(std::string_view text, const std::string& file_name, ToolPath& path,
+void read_gcode(TextSource& text, const std::string& file_name, ToolPath& head, PointsRead& points,
                 Diagnostics& diagnostics) {
-  GcodeReader(text, file_name, path, diagnostics).read();
+  GcodeReader(text, file_name, head, points, diagnostics).read();
 }
 
 }  // namespace diesink

@@ -51,25 +51,31 @@ void head(std::string_view text, ToolPath& path) {
   if (word == "spindle") path.spindle = *value;
 }
 
-}  // namespace
-
-void write_path_csv(const ToolPath& path, ByteWriter& out) {
-  out << "# unit " << name_of(path.unit) << '\n';
-  if (path.cutter) {
-    out << "# cutter " << path.cutter->diameter << ',' << path.cutter->corner_radius << '\n';
+class CsvText final : public PathText {
+ public:
+  void begin(const ToolPath& path, const PathWriteOptions&, ByteWriter& out) override {
+    out << "# unit " << name_of(path.unit) << '\n';
+    if (path.cutter) {
+      out << "# cutter " << path.cutter->diameter << ',' << path.cutter->corner_radius << '\n';
+    }
+    out << "# intol " << path.intol << "\n# outtol " << path.outtol << '\n';
+    if (path.feed > 0) out << "# feed " << path.feed << '\n';
+    if (path.spindle > 0) out << "# spindle " << path.spindle << '\n';
+    out << "x,y,z,motion\n";
   }
-  out << "# intol " << path.intol << "\n# outtol " << path.outtol << '\n';
-  if (path.feed > 0) out << "# feed " << path.feed << '\n';
-  if (path.spindle > 0) out << "# spindle " << path.spindle << '\n';
-  out << "x,y,z,motion\n";
-  for (const ClPoint& point : path.points) {
+  void point(const ClPoint& point, ByteWriter& out) override {
     out << point.tip.x() << ',' << point.tip.y() << ',' << point.tip.z()
         << (point.motion == Motion::kRapid ? ",rapid\n" : ",feed\n");
   }
-}
+  void end(ByteWriter&) override {}
+};
 
-void read_path_csv(std::string_view text, const std::string& file_name, ToolPath& path,
-                   Diagnostics& diagnostics) {
+}  // namespace
+
+std::unique_ptr<PathText> path_csv_text() { return std::make_unique<CsvText>(); }
+
+void read_path_csv(TextSource& text, const std::string& file_name, ToolPath& path,
+                   PointsRead& points, Diagnostics& diagnostics) {
   PathLines lines(text, file_name, diagnostics);
   std::vector<Field> fields;
   std::array<std::size_t, 3> columns{0, 1, 2};
@@ -127,7 +133,7 @@ void read_path_csv(std::string_view text, const std::string& file_name, ToolPath
         continue;
       }
     }
-    path.points.push_back(point);
+    points.add(point.tip, point.motion);
   }
 }
 

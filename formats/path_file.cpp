@@ -77,49 +77,89 @@ double blend_tolerance(const ToolPath& path) {
   return kBlendPart * std::fmax(0, std::fmin(path.intol, path.outtol));
 }
 
-Status write_path(const ToolPath& path, PathFormat format, const PathWriteOptions& options,
-                  ByteSink& sink) {
-  const bool cuts = std::any_of(path.points.begin(), path.points.end(),
-                                [](const ClPoint& p) { return p.motion == Motion::kFeed; });
-  if (!cuts || path.points.size() < 2) {
-    return Error{ErrorCode::kInput, "the tool path has no cutting move", {}};
-  }
-  ByteWriter out(sink);
+PathWriter::PathWriter(PathFormat format, PathWriteOptions options, ByteSink& sink)
+    : options_(std::move(options)), out_(sink) {
   switch (format) {
     case PathFormat::kApt:
-      write_apt(path, options, out);
+      text_ = apt_text();
       break;
     case PathFormat::kGcode:
-      write_gcode(path, options, out);
+      text_ = gcode_text();
       break;
     case PathFormat::kCsv:
-      write_path_csv(path, out);
+      text_ = path_csv_text();
       break;
   }
-  return out.finish();
 }
 
-std::optional<ToolPath> read_path(std::string_view text, const std::string& file_name,
-                                  PathFormat format, Diagnostics& diagnostics) {
-  text = text_of(std::as_bytes(std::span(text)));
-  ToolPath path;
+PathWriter::~PathWriter() = default;
+
+Status PathWriter::begin(const ToolPath& head) {
+  text_->begin(head, options_, out_);
+  return out_.status();
+}
+
+Status PathWriter::take(std::span<const ClPoint> points) {
+  for (const ClPoint& point : points) {
+    cuts_ = cuts_ || point.motion == Motion::kFeed;
+    text_->point(point, out_);
+  }
+  points_ += points.size();
+  return out_.status();
+}
+
+Status PathWriter::finish() {
+  if (!cuts_ || points_ < 2) {
+    return Error{ErrorCode::kInput, "the tool path has no cutting move", {}};
+  }
+  text_->end(out_);
+  return out_.finish();
+}
+
+Status write_path(const ToolPath& path, PathFormat format, const PathWriteOptions& options,
+                  ByteSink& sink) {
+  PathWriter writer(format, options, sink);
+  if (Status done = writer.begin(path); !done) return done;
+  if (Status done = writer.take(path.points); !done) return done;
+  return writer.finish();
+}
+
+std::optional<ToolPath> read_path(TextSource& text, const std::string& file_name, PathFormat format,
+                                  const PathTaker& take, Diagnostics& diagnostics) {
+  ToolPath head;
+  PointsRead points(take);
   const std::size_t errors = diagnostics.error_count();
   switch (format) {
     case PathFormat::kApt:
-      read_apt(text, file_name, path, diagnostics);
+      read_apt(text, file_name, head, points, diagnostics);
       break;
     case PathFormat::kGcode:
-      read_gcode(text, file_name, path, diagnostics);
+      read_gcode(text, file_name, head, points, diagnostics);
       break;
     case PathFormat::kCsv:
-      read_path_csv(text, file_name, path, diagnostics);
+      read_path_csv(text, file_name, head, points, diagnostics);
       break;
   }
-  if (diagnostics.error_count() == errors && path.points.size() < 2) {
+  points.hand_on();
+  if (const Status read = text.status(); !read)
+    diagnostics.error(read.error().message, read.error().where);
+  if (diagnostics.error_count() == errors && points.count() < 2) {
     diagnostics.error("the file holds no tool path: expected at least two positions",
                       {file_name, 0, 0, -1});
   }
   if (diagnostics.error_count() != errors) return std::nullopt;
+  return head;
+}
+
+std::optional<ToolPath> read_path(std::string_view text, const std::string& file_name,
+                                  PathFormat format, Diagnostics& diagnostics) {
+  HeldText held(text);
+  std::vector<ClPoint> points;
+  std::optional<ToolPath> path = read_path(
+      held, file_name, format,
+      [&](std::span<const ClPoint> some) { points.insert(points.end(), some.begin(), some.end()); },
+      diagnostics);
+  if (path) path->points = std::move(points);
   return path;
 }
 

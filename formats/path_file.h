@@ -3,13 +3,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "core/diagnostics.h"
 #include "core/tool_path.h"
 #include "formats/byte_sink.h"
+#include "formats/text_source.h"
 
 namespace diesink {
 
@@ -23,14 +26,36 @@ struct PathWriteOptions {
   AptFlavour flavour = AptFlavour::kApt;
 };
 
+class PathText;  // one format's (path_formats.h)
+
 // By the ending: .apt .cls .ncl .aptsource, .ngc .nc .gcode .tap, .csv; nothing where unknown.
 std::optional<PathFormat> path_format_of_ending(std::string_view file_name);
 // By the first statement, then by the ending; nothing where neither tells.
 std::optional<PathFormat> path_format_of_content(std::string_view text, std::string_view file_name);
 
-// Writes a path. Numbers are fixed, with so many decimals that rounding stays below a thousandth of
-// the smaller tolerance; the locale does not matter. Errors: kInput for a path without a cutting
-// move; what the sink returns.
+// Writes paths piece by piece, as a planner hands them out. Numbers are fixed, with so many
+// decimals that rounding stays below a thousandth of the smaller tolerance; the locale does not
+// matter.
+class PathWriter final : public PathReceiver {
+ public:
+  // Needs: `sink` outlives it.
+  PathWriter(PathFormat format, PathWriteOptions options, ByteSink& sink);
+  ~PathWriter() override;
+  Status begin(const ToolPath& head) override;
+  Status take(std::span<const ClPoint> points) override;
+  // What stands behind the points. Errors: kInput for a path without a cutting move; what the sink
+  // returns.
+  Status finish();
+
+ private:
+  PathWriteOptions options_;
+  ByteWriter out_;
+  std::unique_ptr<PathText> text_;
+  std::size_t points_ = 0;
+  bool cuts_ = false;
+};
+
+// The same for a path that is held whole.
 Status write_path(const ToolPath& path, PathFormat format, const PathWriteOptions& options,
                   ByteSink& sink);
 
@@ -40,6 +65,11 @@ Status write_path(const ToolPath& path, PathFormat format, const PathWriteOption
 // without motion are. A path is in its file's unit; the cutter is the file's, where it states one.
 std::optional<ToolPath> read_path(std::string_view text, const std::string& file_name,
                                   PathFormat format, Diagnostics& diagnostics);
+
+// The same for a text that comes in blocks: what is not points, while the points go to `take`. The
+// file's unit and cutter may stand behind the first of them.
+std::optional<ToolPath> read_path(TextSource& text, const std::string& file_name, PathFormat format,
+                                  const PathTaker& take, Diagnostics& diagnostics);
 
 // Digits after the point that write_path uses.
 int path_decimals(const ToolPath& path);

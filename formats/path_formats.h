@@ -2,19 +2,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "formats/path_file.h"
+#include "formats/path_text.h"
 
 namespace diesink {
 
-void write_apt(const ToolPath& path, const PathWriteOptions& options, ByteWriter& out);
-void write_gcode(const ToolPath& path, const PathWriteOptions& options, ByteWriter& out);
-void write_path_csv(const ToolPath& path, ByteWriter& out);
+// One format's part of a PathWriter: what stands before the points, the points as they come, what
+// stands behind them.
+class PathText {
+ public:
+  virtual ~PathText() = default;
+  virtual void begin(const ToolPath& head, const PathWriteOptions& options, ByteWriter& out) = 0;
+  virtual void point(const ClPoint& point, ByteWriter& out) = 0;
+  virtual void end(ByteWriter& out) = 0;
+};
 
-void read_apt(std::string_view text, const std::string& file_name, ToolPath& path,
+std::unique_ptr<PathText> apt_text();
+std::unique_ptr<PathText> gcode_text();
+std::unique_ptr<PathText> path_csv_text();
+
+// Each reads a whole text: what is not points goes into `head`.
+void read_apt(TextSource& text, const std::string& file_name, ToolPath& head, PointsRead& points,
               Diagnostics& diagnostics);
-void read_gcode(std::string_view text, const std::string& file_name, ToolPath& path,
+void read_gcode(TextSource& text, const std::string& file_name, ToolPath& head, PointsRead& points,
                 Diagnostics& diagnostics);
-void read_path_csv(std::string_view text, const std::string& file_name, ToolPath& path,
-                   Diagnostics& diagnostics);
+void read_path_csv(TextSource& text, const std::string& file_name, ToolPath& head,
+                   PointsRead& points, Diagnostics& diagnostics);
 
 }  // namespace diesink

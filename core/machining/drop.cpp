@@ -138,6 +138,40 @@ PointDrop::PointDrop(const OffsetSurface& offset) : offset_(&offset) {
   }
 }
 
+void PointDrop::pieces_along(const Vec2& a, const Vec2& b, double floor,
+                             std::vector<std::uint32_t>& pieces) const {
+  const auto row_of = [&](double y) {
+    return static_cast<int>(std::clamp((y - extent_.y0) * inv_dy_, 0.0, ny_ - 1.0));
+  };
+  const auto column_of = [&](double x) {
+    return static_cast<int>(std::clamp((x - extent_.x0) * inv_dx_, 0.0, nx_ - 1.0));
+  };
+  const Vec2 d = b - a;
+  const double hair = 1e-9 / inv_dx_;
+  for (int j = row_of(std::min(a.y(), b.y())), last = row_of(std::max(a.y(), b.y())); j <= last;
+       ++j) {
+    // The part of the segment in this row of cells; the outer rows reach on for ever.
+    double t0 = 0, t1 = 1;
+    if (d.y() != 0) {
+      const double low = extent_.y0 + j / inv_dy_, high = extent_.y0 + (j + 1) / inv_dy_;
+      const double at_low = j == 0 ? (d.y() > 0 ? 0 : 1) : (low - a.y()) / d.y();
+      const double at_high = j == ny_ - 1 ? (d.y() > 0 ? 1 : 0) : (high - a.y()) / d.y();
+      t0 = std::max(t0, std::min(at_low, at_high) - 1e-9);
+      t1 = std::min(t1, std::max(at_low, at_high) + 1e-9);
+    }
+    const double xa = a.x() + t0 * d.x(), xb = a.x() + t1 * d.x();
+    for (int i = column_of(std::min(xa, xb) - hair), end = column_of(std::max(xa, xb) + hair);
+         i <= end; ++i) {
+      const std::size_t c =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(i);
+      for (std::size_t k = start_[c]; k < start_[c + 1]; ++k) {
+        if (static_cast<double>(items_[k].top) <= floor) break;
+        pieces.push_back(items_[k].piece);
+      }
+    }
+  }
+}
+
 double PointDrop::at(double x, double y) const {
   if (!(x >= extent_.x0 && x <= extent_.x1 && y >= extent_.y0 && y <= extent_.y1)) {
     return kNoContact;

@@ -27,6 +27,11 @@ class PointDrop {
   // Tip height over a plan point of the offset's frame. May be called from several threads.
   [[nodiscard]] double at(double x, double y) const;
 
+  // Appends the pieces that reach the plan segment from a to b and can lift the tip above `floor`,
+  // each at least once.
+  void pieces_along(const Vec2& a, const Vec2& b, double floor,
+                    std::vector<std::uint32_t>& pieces) const;
+
  private:
   struct Entry {
     float top = 0;  // rounded up

@@ -9,12 +9,6 @@
 
 namespace diesink {
 
-// Marks of triangles already examined for the move at hand.
-struct GougeSearch::Scratch {
-  std::vector<std::uint32_t> seen;
-  std::uint32_t mark = 0;
-};
-
 namespace {
 
 constexpr std::size_t kMovesABlock = 256;
@@ -124,13 +118,29 @@ GougeSearch::GougeSearch(const TriangleMesh& mesh, const CutterShape& cutter)
   }
 }
 
-void GougeSearch::search(const SweepMove& move, std::size_t index, Scratch& scratch,
-                         Gouge& worst) const {
+std::array<Vec3, 3> GougeSearch::corners(std::uint32_t triangle) const {
+  const auto& ids = mesh_->triangles[triangle];
+  return {mesh_->positions[ids[0]], mesh_->positions[ids[1]], mesh_->positions[ids[2]]};
+}
+
+// False where the triangle is certainly no deeper than that, by its box.
+bool GougeSearch::may_reach(const std::array<Vec3, 3>& triangle, const SweepMove& move,
+                            double depth) const {
+  const Vec3 low = triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]);
+  const Vec3 high = triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]);
+  return high.z() - height_bound(cutter_, move, low.x(), high.x(), low.y(), high.y()) > depth;
+}
+
+// A height for the shank's end, above everything.
+double GougeSearch::ceiling_over(const SweepMove& move) const {
+  return std::max(ceiling_, std::max(move.from.z(), move.to.z())) + 4 * cutter_.radius();
+}
+
+template <class Visit>
+void GougeSearch::each_near(const SweepMove& move, const double& depth, const Visit& visit) const {
   const double R = cutter_.radius();
   // Nothing of the part is higher: most rapid moves end here.
   if (std::min(move.from.z(), move.to.z()) >= ceiling_) return;
-  ++scratch.mark;
-  const double ceiling = std::max(ceiling_, std::max(move.from.z(), move.to.z())) + 4 * R;
   const double low_x = std::min(move.from.x(), move.to.x()) - R;
   const double high_x = std::max(move.from.x(), move.to.x()) + R;
   const double low_y = std::min(move.from.y(), move.to.y()) - R;
@@ -151,77 +161,89 @@ void GougeSearch::search(const SweepMove& move, std::size_t index, Scratch& scra
                      static_cast<std::size_t>(ci);
       const double cell_x = x0_ + ci * cell_;
       const double top = static_cast<double>(tops_[c]);
-      if (start_[c] == start_[c + 1]) continue;
-      // Vertically no deeper than the worst so far, hence not deeper at all.
+      // Vertically no deeper than the worst so far, hence not deeper at all; the first test is
+      // without the cutter's shape.
+      if (start_[c] == start_[c + 1] || top - std::min(move.from.z(), move.to.z()) <= depth)
+        continue;
       if (top - height_bound(cutter_, move, cell_x, cell_x + cell_, cell_y, cell_y + cell_) <=
-          worst.depth)
+          depth)
         continue;
       for (std::uint32_t k = start_[c]; k < start_[c + 1]; ++k) {
-        const std::uint32_t t = items_[k];
-        if (scratch.seen[t] == scratch.mark) continue;
-        scratch.seen[t] = scratch.mark;
-        const auto& ids = mesh_->triangles[t];
-        const std::array<Vec3, 3> triangle{mesh_->positions[ids[0]], mesh_->positions[ids[1]],
-                                           mesh_->positions[ids[2]]};
-        const Vec3 low = triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]);
-        const Vec3 high = triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]);
-        if (high.z() - height_bound(cutter_, move, low.x(), high.x(), low.y(), high.y()) <=
-            worst.depth)
-          continue;
-        const SweepDepth depth = sweep_depth(cutter_, move, triangle, worst.depth, ceiling);
-        worst.bound = std::max(worst.bound, depth.bound);
-        if (depth.found > worst.depth) {
-          worst.depth = depth.found;
-          worst.move = index;
-          worst.triangle = t;
-        }
+        if (!visit(items_[k])) return;
       }
     }
   }
 }
 
-Gouge GougeSearch::deepest(const std::vector<SweepMove>& moves, int threads) const {
+void GougeSearch::search(const SweepMove& move, Scratch& scratch, Gouge& worst) const {
+  if (scratch.seen.size() != mesh_->triangles.size() || scratch.mark > 0xF0000000u) {
+    scratch.seen.assign(mesh_->triangles.size(), 0);
+    scratch.mark = 0;
+  }
+  ++scratch.mark;
+  const double ceiling = ceiling_over(move);
+  each_near(move, worst.depth, [&](std::uint32_t t) {
+    if (scratch.seen[t] == scratch.mark) return true;
+    scratch.seen[t] = scratch.mark;
+    const std::array<Vec3, 3> triangle = corners(t);
+    if (!may_reach(triangle, move, worst.depth)) return true;
+    const SweepDepth depth = sweep_depth(cutter_, move, triangle, worst.depth, ceiling);
+    worst.bound = std::max(worst.bound, depth.bound);
+    if (depth.found > worst.depth) {
+      worst.depth = depth.found;
+      worst.move = move;
+      worst.triangle = t;
+    }
+    return true;
+  });
+}
+
+bool GougeSearch::stands_free(const Vec3& tip, double depth) const {
+  const SweepMove still{tip, tip};
+  const double ceiling = ceiling_over(still);
+  bool free = true;
+  each_near(still, depth, [&](std::uint32_t t) {
+    const std::array<Vec3, 3> triangle = corners(t);
+    if (!may_reach(triangle, still, depth)) return true;
+    free = !(sweep_depth(cutter_, still, triangle, depth, ceiling).found > depth);
+    return free;
+  });
+  return free;
+}
+
+void GougeSearch::add(std::span<const SweepMove> moves, int threads) {
+  scratch_.resize(static_cast<std::size_t>(thread_count(threads)));
   // The worst of a sample first: whatever cannot be deeper than that is passed over quickly.
-  Gouge all;
-  {
-    Scratch s;
-    s.seen.assign(mesh_->triangles.size(), 0);
-    for (std::size_t k = 0; k < moves.size(); k += kSampleStep) search(moves[k], k, s, all);
+  for (std::size_t k = 0; k < moves.size(); k += kSampleStep) {
+    search(moves[k], scratch_[0], worst_);
   }
   const std::size_t blocks = (moves.size() + kMovesABlock - 1) / kMovesABlock;
-  std::vector<Gouge> worst(blocks, all);
-  std::vector<Scratch> scratch(static_cast<std::size_t>(thread_count(threads)));
-  parallel_blocks(moves.size(), kMovesABlock, threads,
-                  [&](std::size_t begin, std::size_t end, int worker) {
-                    Scratch& s = scratch[static_cast<std::size_t>(worker)];
-                    if (s.seen.size() != mesh_->triangles.size() || s.mark > 0xF0000000u) {
-                      s.seen.assign(mesh_->triangles.size(), 0);
-                      s.mark = 0;
-                    }
-                    for (std::size_t k = begin; k < end; ++k)
-                      search(moves[k], k, s, worst[begin / kMovesABlock]);
-                  });
+  std::vector<Gouge> worst(blocks, worst_);
+  parallel_blocks(
+      moves.size(), kMovesABlock, threads, [&](std::size_t begin, std::size_t end, int worker) {
+        for (std::size_t k = begin; k < end; ++k) {
+          search(moves[k], scratch_[static_cast<std::size_t>(worker)], worst[begin / kMovesABlock]);
+        }
+      });
   // Each block's own worst, so that the answer does not hang on who was first.
   for (const Gouge& w : worst) {
-    all.bound = std::max(all.bound, w.bound);
-    if (w.depth > all.depth) {
-      const double bound = all.bound;
-      all = w;
-      all.bound = bound;
-    }
+    const double bound = std::max(worst_.bound, w.bound);
+    if (w.depth > worst_.depth) worst_ = w;
+    worst_.bound = bound;
   }
+}
+
+Gouge GougeSearch::deepest() const {
+  Gouge all = worst_;
   all.bound = std::max(all.bound, all.depth);
-  if (all.depth > 0) all.at = deepest_point(moves[all.move], all.triangle);
+  if (all.depth > 0) all.at = deepest_point(all.move, all.triangle);
   return all;
 }
 
 // Quarters the triangle around its deepest part.
 Vec3 GougeSearch::deepest_point(const SweepMove& move, std::uint32_t triangle) const {
-  const auto& ids = mesh_->triangles[triangle];
-  std::array<Vec3, 3> t{mesh_->positions[ids[0]], mesh_->positions[ids[1]],
-                        mesh_->positions[ids[2]]};
-  const double ceiling =
-      std::max(ceiling_, std::max(move.from.z(), move.to.z())) + 4 * cutter_.radius();
+  std::array<Vec3, 3> t = corners(triangle);
+  const double ceiling = ceiling_over(move);
   for (int level = 0; level < 24; ++level) {
     const Vec3 ab = (t[0] + t[1]) / 2, bc = (t[1] + t[2]) / 2, ca = (t[2] + t[0]) / 2;
     const std::array<std::array<Vec3, 3>, 4> parts{

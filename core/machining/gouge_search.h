@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include "core/machining/sweep_depth.h"
@@ -11,7 +13,7 @@ namespace diesink {
 
 struct Gouge {
   double depth = 0, bound = 0;  // the deepest lies in [depth, bound]
-  std::size_t move = 0;
+  SweepMove move;
   std::uint32_t triangle = 0;
   Vec3 at = Vec3::Zero();  // on the triangle
 };
@@ -22,13 +24,31 @@ class GougeSearch {
   // Needs: `mesh` outlives it.
   explicit GougeSearch(const TriangleMesh& mesh, const CutterShape& cutter);
 
-  // The deepest of all moves; the first of equals.
-  [[nodiscard]] Gouge deepest(const std::vector<SweepMove>& moves, int threads) const;
+  // Takes the next moves of a path. Pieces of any size give the same depth.
+  void add(std::span<const SweepMove> moves, int threads);
+  // The deepest of all moves so far.
+  [[nodiscard]] Gouge deepest() const;
+
+  // Whether the cutter, standing with its tip there, meets nothing deeper than `depth`.
+  // May be called from several threads.
+  [[nodiscard]] bool stands_free(const Vec3& tip, double depth) const;
 
  private:
-  struct Scratch;
+  // Marks of triangles already examined for the move at hand.
+  struct Scratch {
+    std::vector<std::uint32_t> seen;
+    std::uint32_t mark = 0;
+  };
+  // Calls visit(triangle) for the triangles that may reach deeper than `depth` into the move, some
+  // of them more than once, until it returns false; depth may grow meanwhile.
+  template <class Visit>
+  void each_near(const SweepMove& move, const double& depth, const Visit& visit) const;
+  [[nodiscard]] bool may_reach(const std::array<Vec3, 3>& triangle, const SweepMove& move,
+                               double depth) const;
+  [[nodiscard]] double ceiling_over(const SweepMove& move) const;
+  [[nodiscard]] std::array<Vec3, 3> corners(std::uint32_t triangle) const;
   [[nodiscard]] Vec3 deepest_point(const SweepMove& move, std::uint32_t triangle) const;
-  void search(const SweepMove& move, std::size_t index, Scratch& scratch, Gouge& worst) const;
+  void search(const SweepMove& move, Scratch& scratch, Gouge& worst) const;
 
   const TriangleMesh* mesh_;
   CutterShape cutter_;
@@ -36,6 +56,8 @@ class GougeSearch {
   int nx_ = 1, ny_ = 1;
   std::vector<std::uint32_t> start_, items_;
   std::vector<float> tops_;  // of the cells, rounded up
+  Gouge worst_;
+  std::vector<Scratch> scratch_;  // one a thread
 };
 
 }  // namespace diesink

@@ -3,12 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <optional>
 
 namespace diesink {
 namespace {
 
-constexpr int kMostHalvings = 8;
+constexpr int kMostHalvings = 40;
 
 // Contacts at one point while the normal turns from `from` to `to`.
 void turn(const CutterShape& cutter, const Vec3& p, const Vec3& from, const Vec3& to, double intol,
@@ -58,27 +57,18 @@ Crossing crossing_of(const std::vector<Vec3>& tips, std::size_t a, std::size_t b
   return {};
 }
 
-// Points on the lowest safe height wherever the straight move dips under it.
-void safe_move(const Vec3& a, const Vec3& b, const PointDrop& drop, double tolerance, int depth,
-               std::vector<Vec3>& out) {
-  if (depth > 0 && (b - a).norm() > tolerance) {
-    double worst = tolerance;
-    std::optional<Vec3> point;
-    for (const double t : {0.5, 0.25, 0.75}) {
-      Vec3 p = a + t * (b - a);
-      const double lowest = drop.at(p.x(), p.y());
-      if (lowest - p.z() > worst) {
-        worst = lowest - p.z();
-        p.z() = lowest;
-        point = p;
-      }
-    }
-    if (point) {
-      safe_move(a, *point, drop, tolerance, depth - 1, out);
-      safe_move(*point, b, drop, tolerance, depth - 1, out);
-      return;
-    }
+// Moves on to b with points at the lowest safe height wherever the straight move would dip under
+// it; what is left of that is added to `worst`.
+void safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double tolerance, int depth,
+               double& worst, std::vector<Vec3>& out) {
+  Vec3 at;
+  const double deepest = profile.deepest(a, b, 0, at);
+  if (deepest > tolerance && depth > 0 && at != a && at != b) {
+    safe_move(a, at, profile, tolerance, depth - 1, worst, out);
+    safe_move(at, b, profile, tolerance, depth - 1, worst, out);
+    return;
   }
+  worst = std::fmax(worst, deepest);
   out.push_back(b);
 }
 
@@ -123,16 +113,18 @@ std::vector<Vec3> tips_of(const CutterShape& cutter, const std::vector<CcSample>
   return out;
 }
 
-std::vector<Vec3> without_interference(const std::vector<Vec3>& tips, const PointDrop& drop,
-                                       double tolerance, InterferenceCounts& counts) {
+double without_interference(std::vector<Vec3>& tips, const PointDrop& drop, SegmentProfile& profile,
+                            double tolerance, InterferenceCounts& counts) {
   std::vector<Vec3> kept;
   std::size_t last = tips.size();  // index of the last point kept; none yet
+  double worst = 0;
   const auto lift = [&](Vec3 p) {
     p.z() = std::fmax(p.z(), drop.at(p.x(), p.y()));
     return p;
   };
   for (std::size_t k = 0; k < tips.size(); ++k) {
-    if (drop.at(tips[k].x(), tips[k].y()) - tips[k].z() > tolerance) continue;
+    // Half the tolerance is for the points, the rest for what the moves between them dip under.
+    if (drop.at(tips[k].x(), tips[k].y()) - tips[k].z() > tolerance / 2) continue;
     if (last == tips.size()) {
       kept.push_back(tips[k]);
     } else {
@@ -140,16 +132,17 @@ std::vector<Vec3> without_interference(const std::vector<Vec3>& tips, const Poin
         ++counts.loops;
         if (const Crossing c = crossing_of(tips, last, k); c.found) {
           ++counts.crossings;
-          safe_move(kept.back(), lift(c.at), drop, tolerance, kMostHalvings, kept);
+          safe_move(kept.back(), lift(c.at), profile, tolerance, kMostHalvings, worst, kept);
         }
       }
       const std::size_t before = kept.size();
-      safe_move(kept.back(), tips[k], drop, tolerance, kMostHalvings, kept);
+      safe_move(kept.back(), tips[k], profile, tolerance, kMostHalvings, worst, kept);
       if (k == last + 1 && kept.size() > before + 1) ++counts.crossings;
     }
     last = k;
   }
-  return kept;
+  tips = std::move(kept);
+  return worst;
 }
 
 }  // namespace diesink

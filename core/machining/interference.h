@@ -6,6 +6,7 @@
 
 #include "core/machining/cc_pass.h"
 #include "core/machining/drop.h"
+#include "core/machining/segment_profile.h"
 
 namespace diesink {
 
@@ -23,9 +24,14 @@ struct InterferenceCounts {
 };
 
 // Cuts the stretches of gouging tips out, puts the crossing of the two sides in, and adds points
-// where a straight move still gouges by more than `tolerance`. Needs: `drop` in the program's own
-// frame, of the same cutter.
-std::vector<Vec3> without_interference(const std::vector<Vec3>& tips, const PointDrop& drop,
-                                       double tolerance, InterferenceCounts& counts);
+// until no straight move lies more than `tolerance` under the lowest safe height, which the profile
+// tells along the whole of each move.
+// Needs: `profile` and `drop` in the program's own frame, of the same cutter; the profile's chord
+// at
+//        most a quarter of the tolerance.
+// Bound: returns the most that any move of `tips` lies under the lowest safe height, at most
+//        `tolerance` (tests/core/machining_cc_test.cpp).
+double without_interference(std::vector<Vec3>& tips, const PointDrop& drop, SegmentProfile& profile,
+                            double tolerance, InterferenceCounts& counts);
 
 }  // namespace diesink

@@ -13,8 +13,7 @@ namespace diesink {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-constexpr double kUpright = 1e-7;  // facets with a smaller n_z are walls
-constexpr double kSlack = 1e-12;   // of lengths: regions are taken larger than rounding
+constexpr double kSlack = 1e-12;  // of lengths: regions are taken larger than rounding
 
 struct HalfEdge {
   std::uint32_t to = 0, face = 0;
@@ -105,11 +104,13 @@ double tau(const CutterShape& cutter, double slope, double w) {
 struct Cone {
   std::vector<Vec3> normals;
   bool convex_edge = false;  // at least one edge around it is convex or a border
+  bool border = false;
   bool nonmanifold = false;
 };
 
 VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cutter) {
   VertexPiece piece;
+  piece.border = cone.border;
   piece.x = v.x();
   piece.y = v.y();
   piece.z = v.z();
@@ -233,7 +234,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
     const auto& [i, j, k] = mesh.triangles[t];
     const Vec3 n = (points[j] - points[i]).cross(points[k] - points[i]);
     const double size = n.norm();
-    if (!(size > 0) || !(n.z() > kUpright * size)) continue;
+    if (!faces_up(n, size)) continue;
     used[t] = 1;
     normals[t] = n / size;
     Vec3 shift(0, 0, -cutter_.corner());
@@ -271,6 +272,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       if (many) cones[from].nonmanifold = cones[to].nonmanifold = true;
       if (!(length > 0)) continue;  // no edge of a facet that is seen from above
       EdgePiece edge;
+      edge.border = left == kNone || right == kNone;
       edge.x = points[from].x();
       edge.y = points[from].y();
       edge.z = points[from].z();
@@ -288,6 +290,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       for (const std::uint32_t v : {static_cast<std::uint32_t>(from), to}) {
         if (left == kNone) cones[v].normals.push_back(leftward);
         if (right == kNone) cones[v].normals.push_back(-leftward);
+        if (left == kNone || right == kNone) cones[v].border = true;
       }
       if (sigma1 < sigma0) continue;  // concave: the facets hold the cutter off
       cones[from].convex_edge = cones[to].convex_edge = true;
@@ -415,6 +418,19 @@ Span row_span(const VertexPiece& v, const CutterShape& cutter, double y) {
   const double slack = kSlack * (std::fabs(v.x) + std::fabs(v.y) + cutter.radius());
   cut(span, v.a[0], v.a[1] * (y - v.y) - v.a[0] * v.x + slack);
   cut(span, v.b[0], v.b[1] * (y - v.y) - v.b[0] * v.x + slack);
+  return span;
+}
+
+Span line_span(const VertexPiece& v, const CutterShape& cutter, const Vec2& from, const Vec2& d) {
+  const double ox = from.x() - v.x, oy = from.y() - v.y;
+  Span span = disk(-(ox * d.x() + oy * d.y()), 0, cutter.radius(), oy * d.x() - ox * d.y());
+  cut(span, d.x(), from.x() - v.x0);
+  cut(span, -d.x(), v.x1 - from.x());
+  cut(span, d.y(), from.y() - v.y0);
+  cut(span, -d.y(), v.y1 - from.y());
+  const double slack = kSlack * (std::fabs(v.x) + std::fabs(v.y) + cutter.radius());
+  cut(span, v.a[0] * d.x() + v.a[1] * d.y(), v.a[0] * ox + v.a[1] * oy + slack);
+  cut(span, v.b[0] * d.x() + v.b[1] * d.y(), v.b[0] * ox + v.b[1] * oy + slack);
   return span;
 }
 

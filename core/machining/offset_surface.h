@@ -33,6 +33,7 @@ struct EdgePiece {
   double length = 0;           // in plan, > 0
   double slope = 0;            // dz a plan length
   double u0 = 0, u1 = 0, w0 = 0, w1 = 0;
+  bool border = false;  // the surface ends here: the top of a wall, or of nothing
 };
 
 // The contacts at a vertex: the region is a box, cut by two half-planes a·(c - v) >= 0.
@@ -40,6 +41,7 @@ struct VertexPiece {
   double x = 0, y = 0, z = 0;
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
   std::array<double, 2> a{0, 0}, b{0, 0};  // zero: no cut
+  bool border = false;                     // as of an edge
 };
 
 class OffsetSurface {
@@ -80,6 +82,12 @@ class OffsetSurface {
   std::vector<VertexPiece> vertices_;
 };
 
+// Whether a triangle with this normal, of that length, is seen from above; others are walls.
+inline bool faces_up(const Vec3& normal, double length) {
+  constexpr double kUpright = 1e-7;
+  return length > 0 && normal.z() > kUpright * length;
+}
+
 inline constexpr double kNoContact = -std::numeric_limits<double>::infinity();
 
 // A run of x, empty where x0 > x1.
@@ -98,6 +106,9 @@ struct FacetSpan {
 FacetSpan row_span(const FacetPiece& facet, double y);
 Span row_span(const EdgePiece& edge, const CutterShape& cutter, double y);
 Span row_span(const VertexPiece& vertex, const CutterShape& cutter, double y);
+// The same along the line from + t d, |d| = 1, in t.
+Span line_span(const VertexPiece& vertex, const CutterShape& cutter, const Vec2& from,
+               const Vec2& d);
 
 // Tip height of the cutter on the whole edge or on the vertex, centre at (x, y), and the contact's
 // plan position; kNoContact out of reach. `reach` is the squared distance that still counts as in

@@ -77,12 +77,12 @@ double slope_along_x(const EdgePiece& edge, const CutterShape& cutter, double x,
   return edge.slope * edge.dx + turn / std::sqrt(below);
 }
 
+// The part of the piece's region that lies in the row's run; `span` is the region's own.
 template <class Piece>
-void slice_round(const Piece& piece, const CutterShape& cutter, double y, double x0, double x1,
-                 double chord, std::uint32_t k, std::vector<ProfileSegment>& out) {
-  Span span = row_span(piece, cutter, y);
-  span.x0 = std::fmax(span.x0, x0);
-  span.x1 = std::fmin(span.x1, x1);
+void slice_round(const Piece& piece, const CutterShape& cutter, Span span, double y, double x0,
+                 double x1, double chord, std::uint32_t k, std::vector<ProfileSegment>& out) {
+  span.x0 = std::max(span.x0, x0);
+  span.x1 = std::min(span.x1, x1);
   if (!(span.x0 < span.x1)) return;
   const auto at = [&](double x) {
     const Contact c = contact(piece, cutter, x, y);
@@ -104,6 +104,15 @@ double height_at(const ProfileSegment& s, double x) {
   if (x <= s.x0) return s.z0;
   if (x >= s.x1) return s.z1;
   return s.z0 + (x - s.x0) / (s.x1 - s.x0) * (s.z1 - s.z0);
+}
+
+void slice_facet(const FacetPiece& facet, double y, double x0, double x1, std::uint32_t k,
+                 std::vector<ProfileSegment>& out) {
+  const FacetSpan f = row_span(facet, y);
+  if (!(f.span.x0 < f.span.x1)) return;
+  const ProfileSegment whole{f.span.x0, f.z0, f.span.x1, f.z1, k};
+  const double lo = std::max(x0, whole.x0), hi = std::min(x1, whole.x1);
+  if (lo < hi) out.push_back({lo, height_at(whole, lo), hi, height_at(whole, hi), k});
 }
 
 void emit(const ProfileSegment& s, double x0, double x1, std::vector<ProfileSegment>& out,
@@ -175,15 +184,42 @@ void slice_piece(const OffsetSurface& offset, std::uint32_t k, double y, double 
                  double chord, std::vector<ProfileSegment>& out) {
   const std::size_t facets = offset.facets().size(), edges = offset.edges().size();
   if (k < facets) {
-    const FacetSpan f = row_span(offset.facets()[k], y);
-    if (!(f.span.x0 < f.span.x1)) return;
-    const ProfileSegment whole{f.span.x0, f.z0, f.span.x1, f.z1, k};
-    const double lo = std::fmax(x0, whole.x0), hi = std::fmin(x1, whole.x1);
-    if (lo < hi) out.push_back({lo, height_at(whole, lo), hi, height_at(whole, hi), k});
+    slice_facet(offset.facets()[k], y, x0, x1, k, out);
   } else if (k < facets + edges) {
-    slice_round(offset.edges()[k - facets], offset.cutter(), y, x0, x1, chord, k, out);
+    const EdgePiece& edge = offset.edges()[k - facets];
+    slice_round(edge, offset.cutter(), row_span(edge, offset.cutter(), y), y, x0, x1, chord, k,
+                out);
   } else {
-    slice_round(offset.vertices()[k - facets - edges], offset.cutter(), y, x0, x1, chord, k, out);
+    const VertexPiece& vertex = offset.vertices()[k - facets - edges];
+    slice_round(vertex, offset.cutter(), row_span(vertex, offset.cutter(), y), y, x0, x1, chord, k,
+                out);
+  }
+}
+
+void slice_piece_along(const OffsetSurface& offset, std::uint32_t k, const PlanLine& line,
+                       double chord, std::vector<ProfileSegment>& out) {
+  const std::size_t facets = offset.facets().size(), edges = offset.edges().size();
+  if (k < facets) {
+    FacetPiece facet = offset.facets()[k];
+    for (Vec3& v : facet.v) v.head<2>() = line.to_line(v.head<2>());
+    slice_facet(facet, 0, 0, line.length, k, out);
+  } else if (k < facets + edges) {
+    EdgePiece edge = offset.edges()[k - facets];
+    const Vec2 start = line.to_line({edge.x, edge.y});
+    const Vec2 d(edge.dx * line.dx + edge.dy * line.dy, edge.dy * line.dx - edge.dx * line.dy);
+    edge.x = start.x();
+    edge.y = start.y();
+    edge.dx = d.x();
+    edge.dy = d.y();
+    slice_round(edge, offset.cutter(), row_span(edge, offset.cutter(), 0), 0, 0, line.length, chord,
+                k, out);
+  } else {
+    VertexPiece vertex = offset.vertices()[k - facets - edges];
+    const Span span = line_span(vertex, offset.cutter(), line.from, {line.dx, line.dy});
+    const Vec2 at = line.to_line({vertex.x, vertex.y});
+    vertex.x = at.x();
+    vertex.y = at.y();
+    slice_round(vertex, offset.cutter(), span, 0, 0, line.length, chord, k, out);
   }
 }
 

@@ -21,6 +21,30 @@ struct ProfileSegment {
 void slice_piece(const OffsetSurface& offset, std::uint32_t k, double y, double x0, double x1,
                  double chord, std::vector<ProfileSegment>& out);
 
+// A straight line in plan, for profiles that do not lie along the frame's rows.
+struct PlanLine {
+  PlanLine(const Vec2& a, const Vec2& b) : from(a), length((b - a).norm()) {
+    if (length > 0) {
+      dx = (b.x() - a.x()) / length;
+      dy = (b.y() - a.y()) / length;
+    }
+  }
+  // Along the line from its start, and to its left.
+  [[nodiscard]] Vec2 to_line(const Vec2& p) const {
+    const double ox = p.x() - from.x(), oy = p.y() - from.y();
+    return {ox * dx + oy * dy, oy * dx - ox * dy};
+  }
+  [[nodiscard]] Vec2 at(double along) const {
+    return {from.x() + along * dx, from.y() + along * dy};
+  }
+  Vec2 from;
+  double length = 0, dx = 1, dy = 0;
+};
+
+// As slice_piece, along any line: x counts from its start.
+void slice_piece_along(const OffsetSurface& offset, std::uint32_t k, const PlanLine& line,
+                       double chord, std::vector<ProfileSegment>& out);
+
 // The upper envelope of the segments, ascending in x, interiors disjoint; where two follow each
 // other at different heights there is a step, where none covers there is a gap. Works in place; O(n
 // log n).

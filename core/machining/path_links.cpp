@@ -7,6 +7,8 @@
 namespace diesink {
 namespace {
 
+constexpr std::size_t kPointsATime = 4096;
+
 std::size_t cell_of(double at, double from, double inv, int cells) {
   return static_cast<std::size_t>(std::clamp((at - from) * inv, 0.0, cells - 1.0));
 }
@@ -56,50 +58,70 @@ double TopGrid::over(const Vec2& a, const Vec2& b) const {
   return top;
 }
 
-void PathJoiner::add(const Vec3& tip, Motion motion) {
-  if (!points_.empty() && points_.back().tip == tip) return;
-  points_.push_back({tip, motion});
+void PathStream::add(const Vec3& tip, Motion motion) {
+  PathReport& r = *report_;
+  if (r.points > 0) {
+    if (tip == last_) return;
+    (motion == Motion::kFeed ? r.feed_length : r.rapid_length) += (tip - last_).norm();
+  }
+  ++r.points;
+  last_ = tip;
+  waiting_.push_back({frame_->from_frame(tip), motion});
+  if (waiting_.size() == kPointsATime) hand_on();
 }
 
-void PathJoiner::cut(const std::vector<Vec3>& run, bool by_clearance) {
+void PathStream::hand_on() {
+  if (status_ && !begun_) status_ = receiver_->begin(*head_);
+  begun_ = true;
+  if (status_) status_ = receiver_->take(waiting_);
+  waiting_.clear();
+}
+
+Status PathStream::finish() {
+  // To the first point and back at the clearance plane is no path.
+  if (report_->points < 4) {
+    return Error{ErrorCode::kInput,
+                 "the cutter meets no surface in the domain: the path would be empty",
+                 {}};
+  }
+  if (!waiting_.empty()) hand_on();
+  return status_;
+}
+
+void PathJoiner::cut(std::span<const Vec3> run, bool by_clearance) {
   const Vec3& to = run.front();
   bool linked = false;
-  if (!points_.empty() && !by_clearance) {
-    const Vec3 from = points_.back().tip;
-    if ((to - from).head<2>().norm() <= link_limit_) {
+  if (!out_->empty() && !by_clearance) {
+    const Vec3 from = out_->last();
+    const double across = (to - from).head<2>().norm();
+    // Over the material all is at feed; over the clearance plane the way down is.
+    const bool near = across <= link_limit_;
+    const double saved = clearance_ - to.z() - across;
+    if (near || saved > 0) {
       const double over = tops_->over(from.head<2>(), to.head<2>()) + lift_;
       const double height = std::fmax(over, std::fmax(from.z(), to.z()));
-      if (height < clearance_) {
-        add({from.x(), from.y(), height}, Motion::kFeed);
-        add({to.x(), to.y(), height}, Motion::kFeed);
+      const bool shorter = (height - from.z()) + (height - to.z()) < saved;
+      if ((near || shorter) && height < clearance_) {
+        out_->add({from.x(), from.y(), height}, Motion::kFeed);
+        out_->add({to.x(), to.y(), height}, Motion::kFeed);
         linked = true;
       }
     }
   }
   if (!linked) {
-    if (!points_.empty()) {
-      const Vec3 from = points_.back().tip;
-      add({from.x(), from.y(), clearance_}, Motion::kRapid);
+    if (!out_->empty()) {
+      const Vec3 from = out_->last();
+      out_->add({from.x(), from.y(), clearance_}, Motion::kRapid);
     }
-    add({to.x(), to.y(), clearance_}, Motion::kRapid);
+    out_->add({to.x(), to.y(), clearance_}, Motion::kRapid);
   }
-  for (const Vec3& tip : run) add(tip, Motion::kFeed);
+  for (const Vec3& tip : run) out_->add(tip, Motion::kFeed);
 }
 
-std::vector<ClPoint> PathJoiner::finish() {
-  if (!points_.empty()) {
-    const Vec3 from = points_.back().tip;
-    add({from.x(), from.y(), clearance_}, Motion::kRapid);
-  }
-  return std::move(points_);
-}
-
-void measure(const ToolPath& path, PathReport& report) {
-  report.points = path.points.size();
-  for (std::size_t k = 1; k < path.points.size(); ++k) {
-    const double length = (path.points[k].tip - path.points[k - 1].tip).norm();
-    (path.points[k].motion == Motion::kFeed ? report.feed_length : report.rapid_length) += length;
-  }
+void PathJoiner::finish() {
+  if (out_->empty()) return;
+  const Vec3 from = out_->last();
+  out_->add({from.x(), from.y(), clearance_}, Motion::kRapid);
 }
 
 }  // namespace diesink

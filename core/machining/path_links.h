@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/machining/offset_surface.h"
@@ -25,27 +26,52 @@ class TopGrid {
   std::vector<double> tops_;
 };
 
-// Gathers runs in the order they are cut, each a polyline of tips in one frame.
+// Hands points on to a receiver, turned out of a frame, and measures them on the way. Nothing is
+// handed on before there are enough points for a path.
+class PathStream {
+ public:
+  // Needs: all outlive it.
+  PathStream(const OffsetSurface& frame, const ToolPath& head, PathReceiver& receiver,
+             PathReport& report)
+      : frame_(&frame), head_(&head), receiver_(&receiver), report_(&report) {}
+
+  void add(const Vec3& tip, Motion motion);
+  // The last point in the frame. Needs: empty() is false.
+  [[nodiscard]] const Vec3& last() const { return last_; }
+  [[nodiscard]] bool empty() const { return report_->points == 0; }
+  [[nodiscard]] bool failed() const { return !status_; }
+  // Hands on the rest. Errors: kInput for an empty or nearly empty path; the receiver's.
+  Status finish();
+
+ private:
+  void hand_on();
+  const OffsetSurface* frame_;
+  const ToolPath* head_;
+  PathReceiver* receiver_;
+  PathReport* report_;
+  Vec3 last_ = Vec3::Zero();
+  std::vector<ClPoint> waiting_;
+  bool begun_ = false;
+  Status status_ = ok();
+};
+
+// Joins runs in the order they are cut, each a polyline of tips in one frame.
 class PathJoiner {
  public:
   // `lift` is added to the grid's heights (a larger cutter was dropped than is used, say). Links
-  // longer than `link_limit` in plan go by the clearance plane. Needs: `tops` outlives it.
-  PathJoiner(const TopGrid& tops, double lift, double clearance, double link_limit)
-      : tops_(&tops), lift_(lift), clearance_(clearance), link_limit_(link_limit) {}
+  // longer than `link_limit` in plan go by the clearance plane. Needs: `tops` and `out` outlive it.
+  PathJoiner(const TopGrid& tops, double lift, double clearance, double link_limit, PathStream& out)
+      : tops_(&tops), out_(&out), lift_(lift), clearance_(clearance), link_limit_(link_limit) {}
 
   // Cuts a run. With `by_clearance` the way to it leads over the clearance plane in any case.
-  void cut(const std::vector<Vec3>& run, bool by_clearance);
-  // Retracts; then the points are whole.
-  std::vector<ClPoint> finish();
+  void cut(std::span<const Vec3> run, bool by_clearance);
+  // Retracts.
+  void finish();
 
  private:
-  void add(const Vec3& tip, Motion motion);
   const TopGrid* tops_;
+  PathStream* out_;
   double lift_, clearance_, link_limit_;
-  std::vector<ClPoint> points_;
 };
-
-// Lengths of the moves of each kind, and the points' number, into the report.
-void measure(const ToolPath& path, PathReport& report);
 
 }  // namespace diesink

@@ -109,11 +109,19 @@ double curvature_at(const CompoundSurface& surface, const CcSample& at, const Ve
 
 }  // namespace
 
-Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
-                                 double deviation, const PathOptions& options) {
-  const Result<CutterShape> made = CutterShape::make(options.cutter);
-  if (!made) return made.error();
-  const CutterShape cutter = *made;
+Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
+                                double deviation, const PathOptions& options, ToolPath head,
+                                PathReceiver& receiver) {
+  const Result<CutterShape> real = CutterShape::make(options.cutter);
+  if (!real) return real.error();
+  // INTOL pays for the mesh, the controller's blending and the moves; where it is too small for
+  // that, a cutter larger all round is used in place of the real one.
+  const double blend = kBlendPart * std::fmin(options.intol, options.outtol);
+  const double sum = options.intol + options.outtol;
+  const double grow = std::fmax(0, deviation + blend + sum / 32 - options.intol);
+  const double tolerance = options.intol + grow - deviation - blend;
+  const CutterShape cutter =
+      *CutterShape::make({2 * (real->radius() + grow), real->corner() + grow});
   const PartProgram& program = surface.program();
   const Machining& machining = program.machining;
 
@@ -136,7 +144,7 @@ Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleM
   double top = kNoContact;
   for (const Vec3& p : mesh.positions) top = std::fmax(top, p.z());
   const double clearance = options.clearance.value_or(top + options.cutter.diameter);
-  if (!(clearance > top)) {
+  if (!(clearance > top + grow)) {
     return input_error("the clearance plane " + number_text(clearance) +
                        " must lie above the surface, whose highest point is " + number_text(top));
   }
@@ -147,21 +155,30 @@ Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleM
       options.interval ? *options.interval
                        : cusp_interval(std::fmax(cutter.corner(), *options.cusp), 0, *options.cusp);
   const TopGrid tops(offset, R / 4);
-  PathJoiner joiner(tops, 0, clearance, 2 * level + R);
-  PlannedPath planned;
+  head.cutter = options.cutter;
+  head.intol = options.intol;
+  head.outtol = options.outtol;
+  head.clearance = clearance;
+  PathReport report;
+  PathStream stream(offset, head, receiver, report);
+  PathJoiner joiner(tops, grow, clearance, 2 * level + R, stream);
+  SegmentProfile profile(offset, drop, tolerance / 16);
   InterferenceCounts counts;
-  const double tolerance = options.intol + deviation;
+  const double inside = std::fmax(options.intol, 1e-3 * options.outtol);
+  double worst = 0;
   double position = family->first();
   double least = 0, widest = 0;
   bool forward = true;
+  std::vector<CcContact> contacts;
   for (std::size_t pass = 0;; ++pass) {
     if (pass == kMostPasses) return input_error("more than 200000 passes");
     const PlanCurve curve = family->curve(position);
-    const std::vector<std::vector<CcSample>> stretches =
-        cc_pass(surface, curve, R, spacing, std::fmax(options.intol, 1e-3 * options.outtol),
-                std::fmax(options.outtol, 1e-3 * options.intol));
-    double step = family->last() - family->first();
+    const std::vector<std::vector<CcSample>> stretches = cc_pass(
+        surface, curve, R, spacing, inside, std::fmax(options.outtol, 1e-3 * options.intol));
+    // A pass over nothing, at a corner of the domain or in a hole, says nothing of the next.
+    double step = stretches.empty() ? level : family->last() - family->first();
     for (const std::vector<CcSample>& stretch : stretches) {
+      if (stretch.size() < 2) step = std::fmin(step, level);
       for (std::size_t k = 0; k < stretch.size(); ++k) {
         const CcSample& sample = stretch[k];
         double distance = level;
@@ -182,23 +199,29 @@ Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleM
       }
     }
 
+    if (stream.failed()) break;
     bool cut = false;
     const auto count = static_cast<std::ptrdiff_t>(stretches.size());
     for (std::ptrdiff_t k = 0; k < count; ++k) {
       const std::vector<CcSample>& stretch =
           stretches[static_cast<std::size_t>(forward ? k : count - 1 - k)];
-      planned.cc_passes.emplace_back();
-      for (const CcSample& sample : stretch) planned.cc_passes.back().push_back(sample.contact);
-      std::vector<Vec3> tips =
-          tips_of(cutter, stretch, std::fmax(options.intol, 1e-3 * options.outtol));
-      if (!options.keep_interference) tips = without_interference(tips, drop, tolerance, counts);
+      if (options.cc_pass) {
+        contacts.clear();
+        for (const CcSample& sample : stretch) contacts.push_back(sample.contact);
+        options.cc_pass(contacts);
+      }
+      std::vector<Vec3> tips = tips_of(cutter, stretch, inside);
+      if (!options.keep_interference) {
+        worst = std::fmax(worst, without_interference(tips, drop, profile, tolerance, counts));
+      }
       if (tips.empty()) continue;
+      for (Vec3& tip : tips) tip.z() += grow;
       if (!forward) std::reverse(tips.begin(), tips.end());
       joiner.cut(tips, cut || options.pattern == PathPattern::kOneway);
       cut = true;
     }
     if (cut) {
-      ++planned.report.passes;
+      ++report.passes;
       if (options.pattern == PathPattern::kZigzag) forward = !forward;
     }
     if (position >= family->last()) break;
@@ -208,21 +231,16 @@ Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleM
     widest = std::fmax(widest, distance);
     position = next;
   }
-  planned.path.points = joiner.finish();
-  if (planned.path.points.size() < 4) {
-    return input_error("the cutter meets no surface in the domain: the path would be empty");
-  }
-  planned.path.cutter = options.cutter;
-  planned.path.intol = options.intol;
-  planned.path.outtol = options.outtol;
-  planned.path.clearance = clearance;
-  planned.report.least_interval = least;
-  planned.report.greatest_interval = widest;
-  planned.report.mesh_deviation = deviation;
-  planned.report.loops_removed = counts.loops;
-  planned.report.crossings_inserted = counts.crossings;
-  measure(planned.path, planned.report);
-  return planned;
+  joiner.finish();
+  if (const Status done = stream.finish(); !done) return done.error();
+  report.least_interval = least;
+  report.greatest_interval = widest;
+  report.mesh_deviation = deviation;
+  report.overcut_bound =
+      options.keep_interference ? 0 : std::fmax(worst, tolerance) - grow + deviation + blend;
+  report.loops_removed = counts.loops;
+  report.crossings_inserted = counts.crossings;
+  return report;
 }
 
 }  // namespace diesink

@@ -3,16 +3,20 @@
 // profile at most `chord` under the tip's true height, the moves at most `below` under and `above`
 // over the profile. Where one of INTOL and OUTTOL leaves too little for that, a cutter grown (or
 // shrunk) by `grow` all round is dropped in place of the real one, which then keeps that distance
-// from the mesh.
-#include <Eigen/Geometry>
+// from the mesh. Where the cusp height is given, half of what OUTTOL leaves is kept for what stays
+// between passes.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 
+#include "core/machining/pass_positions.h"
 #include "core/machining/path_fit.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/path_links.h"
-#include "core/machining/row_blocks.h"
+#include "core/machining/steep_regions.h"
+#include "core/machining/strip_refine.h"
 #include "core/machining/tool_path_plan.h"
+#include "core/machining/wall_runs.h"
 #include "core/number.h"
 #include "core/parallel.h"
 
@@ -20,178 +24,219 @@ namespace diesink {
 namespace {
 
 constexpr std::size_t kPassesABlock = 8;
-// Passes come no closer than on a slope of 80 degrees: nearer to upright the interval would vanish.
-constexpr double kSteepest = 0.17364817766693033;
+// Blocks planned before their passes are handed on: bounds what is held, for any thread count.
+constexpr std::size_t kBlocksATime = 16;
 
 Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
 
-// The domain in the turned frame: where a pass at y begins and ends.
-class FrameDomain {
- public:
-  FrameDomain(const OffsetSurface& offset, const std::array<double, 4>& d) {
-    const std::array<Vec3, 4> corners{Vec3(d[0], d[2], 0), Vec3(d[1], d[2], 0), Vec3(d[1], d[3], 0),
-                                      Vec3(d[0], d[3], 0)};
-    for (std::size_t k = 0; k < 4; ++k) corners_[k] = offset.to_frame(corners[k]).head<2>();
-    low_ = high_ = corners_[0].y();
-    for (const Vec2& c : corners_) {
-      low_ = std::fmin(low_, c.y());
-      high_ = std::fmax(high_, c.y());
-    }
-    // Passes begin at the side of the program's own first corner.
-    from_high_ = corners_[0].y() - low_ > high_ - corners_[0].y();
-  }
-  [[nodiscard]] double low() const { return low_; }
-  [[nodiscard]] double high() const { return high_; }
-  [[nodiscard]] bool from_high() const { return from_high_; }
-  [[nodiscard]] Span pass(double y) const {
-    Span span;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vec2 &p = corners_[k], &q = corners_[(k + 1) % 4];
-      if (y < std::fmin(p.y(), q.y()) || y > std::fmax(p.y(), q.y())) continue;
-      const auto add = [&](double x) {
-        span.x0 = std::fmin(span.x0, x);
-        span.x1 = std::fmax(span.x1, x);
-      };
-      if (p.y() == q.y()) {
-        add(p.x());
-        add(q.x());
-      } else {
-        add(p.x() + (y - p.y()) / (q.y() - p.y()) * (q.x() - p.x()));
-      }
-    }
-    return span;
-  }
-
- private:
-  std::array<Vec2, 4> corners_;
-  double low_ = 0, high_ = 0;
-  bool from_high_ = false;
+struct Budget {
+  double chord = 0, blend = 0, grow = 0, below = 0, above = 0, between = 0;
 };
 
-// Curvature of the surface under a triangle along its tangent e, from the corner normals; 0 without
-// them.
-double curvature_along(const TriangleMesh& mesh, std::uint32_t triangle, const Vec3& e) {
-  if (mesh.corner_normals.size() != mesh.triangles.size()) return 0;
-  const auto& t = mesh.triangles[triangle];
-  const auto& n = mesh.corner_normals[triangle];
-  const Vec3 a = mesh.positions[t[1]] - mesh.positions[t[0]];
-  const Vec3 b = mesh.positions[t[2]] - mesh.positions[t[0]];
-  const double aa = a.dot(a), ab = a.dot(b), bb = b.dot(b), det = aa * bb - ab * ab;
-  if (!(det > 1e-12 * aa * bb)) return 0;
-  const double ea = e.dot(a), eb = e.dot(b);
-  const double u = (ea * bb - eb * ab) / det, v = (eb * aa - ea * ab) / det;
-  const Vec3 dn =
-      u * (mesh.normals[n[1]] - mesh.normals[n[0]]) + v * (mesh.normals[n[2]] - mesh.normals[n[0]]);
-  return dn.dot(e);
-}
-
-struct Work {
-  std::vector<std::vector<ProfileSegment>> rows;  // of the block
-  UpperEnvelope envelope;
-};
-
-// Calls visit(row, profile) with the profile of every row, blocks of rows in parallel.
-template <class Visit>
-void each_profile(const OffsetSurface& offset, const FrameDomain& domain,
-                  const std::vector<double>& ys, double chord, int threads, const Visit& visit) {
-  const RowBlocks blocks(offset, ys, kPassesABlock);
-  std::vector<Work> work(static_cast<std::size_t>(thread_count(threads)));
-  parallel_blocks(ys.size(), kPassesABlock, threads,
-                  [&](std::size_t begin, std::size_t end, int worker) {
-                    Work& w = work[static_cast<std::size_t>(worker)];
-                    w.rows.resize(kPassesABlock);
-                    for (auto& row : w.rows) row.clear();
-                    std::array<Span, kPassesABlock> spans;
-                    for (std::size_t j = begin; j < end; ++j) spans[j - begin] = domain.pass(ys[j]);
-                    blocks.for_each(begin, end, [&](std::uint32_t piece, std::size_t j) {
-                      const Span& span = spans[j - begin];
-                      slice_piece(offset, piece, ys[j], span.x0, span.x1, chord, w.rows[j - begin]);
-                    });
-                    for (std::size_t j = begin; j < end; ++j) {
-                      w.envelope.take(w.rows[j - begin]);
-                      visit(j, w.rows[j - begin]);
-                    }
-                  });
-}
-
-// Pass positions with a fixed interval: the first and last on the domain's border, equal steps.
-std::vector<double> even_passes(const FrameDomain& domain, double interval) {
-  const double width = domain.high() - domain.low();
-  const double steps = std::fmax(1, std::ceil(width / interval - 1e-9));
-  std::vector<double> ys;
-  for (double k = 0; k < steps; ++k) ys.push_back(domain.low() + width * (k / steps));
-  ys.push_back(domain.high());
-  return ys;
-}
-
-// Pass positions from the cusp height: every contact of a row sets a limit, rows half a level
-// interval apart are examined, and a step is the longest that keeps the limits of all rows it
-// passes.
-std::vector<double> cusp_passes(const OffsetSurface& offset, const TriangleMesh& mesh,
-                                const FrameDomain& domain, const CutterShape& cutter, double cusp,
-                                double chord, int threads) {
-  const Vec3 direction = offset.from_frame(Vec3::UnitX());
-  const Vec2 along = direction.head<2>();
-  const double level = drop_interval(cutter, Vec3::UnitZ(), along, 0, cusp);
-  const double least =
-      kSteepest * std::fmin(level, cusp_interval(std::fmax(cutter.corner(), cusp), 0, cusp));
-  const std::vector<double> rows = even_passes(domain, level / 2);
-  std::vector<double> limits(rows.size(), 2 * cutter.radius());
-  each_profile(offset, domain, rows, chord, threads,
-               [&](std::size_t j, const std::vector<ProfileSegment>& profile) {
-                 std::uint32_t last = 0xFFFFFFFFu;
-                 for (const ProfileSegment& s : profile) {
-                   if (s.piece >= offset.facets().size() || s.piece == last) continue;
-                   last = s.piece;
-                   const std::uint32_t triangle = offset.facets()[s.piece].triangle;
-                   const auto& t = mesh.triangles[triangle];
-                   const Vec3 n = (mesh.positions[t[1]] - mesh.positions[t[0]])
-                                      .cross(mesh.positions[t[2]] - mesh.positions[t[0]])
-                                      .normalized();
-                   const double curvature = curvature_along(mesh, triangle, across_of(n, along));
-                   limits[j] =
-                       std::fmin(limits[j], drop_interval(cutter, n, along, curvature, cusp));
-                 }
-                 limits[j] = std::fmax(limits[j], least);
-               });
-  const auto strip = [&](std::size_t k) { return std::fmin(limits[k], limits[k + 1]); };
-  std::vector<double> ys{domain.low()};
-  std::size_t row = 0;
-  while (ys.back() < domain.high()) {
-    const double y = ys.back();
-    while (row + 2 < rows.size() && rows[row + 1] <= y) ++row;
-    double step = strip(row);
-    for (std::size_t k = row + 1; k + 1 < rows.size() && rows[k] < y + step; ++k) {
-      step = std::fmin(step, std::fmax(strip(k), rows[k] - y));
-    }
-    step = std::fmax(step, least);
-    ys.push_back(y + step >= domain.high() ? domain.high() : y + step);
-  }
-  return ys;
-}
-
-}  // namespace
-
-Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
-                                   const std::array<double, 4>& domain,
-                                   const PathOptions& options) {
-  const Result<CutterShape> real = CutterShape::make(options.cutter);
-  if (!real) return real.error();
-  const double chord = (options.intol + options.outtol) / 64;
+Result<Budget> budget_of(const PathOptions& options, const CutterShape& real, double deviation) {
+  Budget b;
+  b.chord = (options.intol + options.outtol) / 64;
   // What the two tolerances leave once mesh, chords and controller have had theirs.
-  const double blend = kBlendPart * std::fmin(options.intol, options.outtol);
-  const double inside = options.intol - deviation - chord - blend;
-  const double outside = options.outtol - deviation - blend;
+  b.blend = kBlendPart * std::fmin(options.intol, options.outtol);
+  const double inside = options.intol - deviation - b.chord - b.blend;
+  const double outside = options.outtol - deviation - b.blend;
   if (!(inside + outside > 0)) {
     return input_error(
         "the tolerances are too small for the mesh under the path, which deviates by " +
         number_text(deviation));
   }
-  double grow = 0, below = inside, above = outside;
+  b.below = inside;
+  b.above = outside;
   if (std::fmin(inside, outside) < 0.1 * std::fmax(inside, outside)) {
-    grow = std::fmax((outside - inside) / 2, -real->radius() / 2);
-    below = above = (inside + outside) / 2;
+    b.grow = std::fmax((outside - inside) / 2, -real.radius() / 2);
+    b.below = b.above = (inside + outside) / 2;
   }
+  if (!options.interval) {
+    b.between = b.above / 2;
+    b.above -= b.between;
+  }
+  return b;
+}
+
+// What a block of passes and the strips behind them gives.
+struct Block {
+  std::vector<std::vector<PassRun>> passes;
+  std::vector<AddedRun> added;
+  double unsettled = 0;
+};
+
+class DropPlanner {
+ public:
+  DropPlanner(const TriangleMesh& mesh, const OffsetSurface& offset, const FrameDomain& frame,
+              const Budget& budget, const PathOptions& options, double join)
+      : mesh_(mesh),
+        offset_(offset),
+        frame_(frame),
+        budget_(budget),
+        options_(options),
+        join_(join) {}
+
+  // Positions of the passes, and how close passes put in between may come.
+  void place_passes(const CutterShape& real) {
+    if (options_.interval) {
+      ys_ = even_passes(frame_, *options_.interval);
+      return;
+    }
+    const Vec2 along = offset_.from_frame(Vec3::UnitX()).head<2>();
+    const double level = drop_interval(real, Vec3::UnitZ(), along, 0, *options_.cusp);
+    // A contact on its own allows the cutter to sink by another cusp height between two passes; the
+    // row in the middle, by a quarter of that. What OUTTOL cannot take of it makes them closer.
+    const double limit = *options_.cusp + budget_.between;
+    const double closer = std::sqrt(std::fmin(1, limit / (1.25 * *options_.cusp)));
+    ys_ = cusp_passes(offset_, mesh_, frame_, real, *options_.cusp * closer * closer, budget_.chord,
+                      options_.threads);
+    limit_ = limit;
+    least_ = level / 64;
+    margin_ = level / 4;
+  }
+
+  Status plan(PathJoiner& joiner, PathStream& stream, PathReport& report) {
+    const StripPieces pieces(offset_, ys_, kPassesABlock);
+    const std::size_t blocks = (ys_.size() + kPassesABlock - 1) / kPassesABlock;
+    double widest = 0, least = ys_.size() > 1 ? ys_.back() - ys_.front() : 0;
+    for (std::size_t k = 1; k < ys_.size(); ++k) {
+      widest = std::fmax(widest, ys_[k] - ys_[k - 1]);
+      least = std::fmin(least, ys_[k] - ys_[k - 1]);
+    }
+    report.least_interval = least;
+    report.greatest_interval = widest;
+    SteepRegions regions(1.01 * widest);
+    bool forward = true;
+    const bool down = frame_.from_high();
+    std::vector<Block> done(kBlocksATime);
+    for (std::size_t first = 0; first < blocks && !stream.failed(); first += kBlocksATime) {
+      const std::size_t count = std::min(kBlocksATime, blocks - first);
+      const auto part = [&](std::size_t done_blocks) {
+        return 0.3 + 0.5 * static_cast<double>(done_blocks) / static_cast<double>(blocks);
+      };
+      const ProgressSpan span(options_.progress, part(first), part(first + count));
+      parallel_blocks(count, 1, options_.threads, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t k = begin; k < end; ++k) {
+          const std::size_t b = down ? blocks - 1 - (first + k) : first + k;
+          done[k] = plan_block(pieces, b);
+        }
+      });
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t b = down ? blocks - 1 - (first + k) : first + k;
+        Block& block = done[k];
+        report.unsettled_area += block.unsettled;
+        for (AddedRun& run : block.added) regions.add(std::move(run));
+        for (std::size_t i = 0; i < block.passes.size(); ++i) {
+          const std::size_t at = down ? block.passes.size() - 1 - i : i;
+          const double y = ys_[b * kPassesABlock + at];
+          if (cut_pass(block.passes[at], y, forward, joiner)) {
+            ++report.passes;
+            if (options_.pattern == PathPattern::kZigzag) forward = !forward;
+          }
+        }
+        const double reached =
+            ys_[down ? b * kPassesABlock
+                     : std::min(b * kPassesABlock + kPassesABlock, ys_.size()) - 1];
+        cut_regions(regions.finished(reached, down), joiner, report);
+        block = {};
+      }
+    }
+    cut_regions(regions.all(), joiner, report);
+    return ok();
+  }
+
+  [[nodiscard]] const std::vector<double>& ys() const { return ys_; }
+
+ private:
+  std::vector<ProfileSegment> row(std::span<const StripPieces::Item> items, double y,
+                                  UpperEnvelope& envelope) const {
+    std::vector<ProfileSegment> profile;
+    const Span span = frame_.pass(y);
+    slice_row(offset_, items, y, {span.x0, span.x1}, budget_.chord, profile);
+    envelope.take(profile);
+    return profile;
+  }
+
+  // The passes of block b, and the strips between them and up to the next block.
+  Block plan_block(const StripPieces& pieces, std::size_t b) const {
+    Block out;
+    UpperEnvelope envelope;
+    const std::size_t begin = b * kPassesABlock, end = std::min(begin + kPassesABlock, ys_.size());
+    // The last row may begin a block of its own, without a strip.
+    const auto items = pieces.of(std::min(begin, ys_.size() - 2) / kPassesABlock);
+    StripRefiner refiner(offset_, frame_, budget_.chord, limit_, least_, margin_);
+    std::optional<RowContacts> last;
+    for (std::size_t j = begin; j < end || (j == end && end < ys_.size() && !options_.interval);
+         ++j) {
+      RowContacts contacts(offset_, ys_[j], row(items, ys_[j], envelope));
+      if (j < end) {
+        out.passes.push_back(fit_runs(contacts.profile(), budget_.below, budget_.above, join_));
+      }
+      if (last && !options_.interval) {
+        std::vector<AddedRow> rows;
+        refiner.refine(*last, contacts, items, rows);
+        for (const AddedRow& added : rows) {
+          for (PassRun& run : fit_runs(added.profile, budget_.below, budget_.above, join_)) {
+            AddedRun tips{added.y, {}};
+            for (const Vec2& p : run) tips.tips.emplace_back(p.x(), added.y, p.y() + budget_.grow);
+            out.added.push_back(std::move(tips));
+          }
+        }
+      }
+      last.emplace(std::move(contacts));
+    }
+    out.unsettled = refiner.unsettled_area();
+    return out;
+  }
+
+  // False where the pass cuts nothing.
+  bool cut_pass(const std::vector<PassRun>& runs, double y, bool forward,
+                PathJoiner& joiner) const {
+    std::vector<Vec3> tips;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      const PassRun& run = runs[forward ? r : runs.size() - 1 - r];
+      tips.clear();
+      for (const Vec2& p : run) tips.emplace_back(p.x(), y, p.y() + budget_.grow);
+      if (!forward) std::reverse(tips.begin(), tips.end());
+      joiner.cut(tips, r > 0 || options_.pattern == PathPattern::kOneway);
+    }
+    return !runs.empty();
+  }
+
+  void cut_regions(std::vector<std::vector<AddedRun>> regions, PathJoiner& joiner,
+                   PathReport& report) const {
+    const bool oneway = options_.pattern == PathPattern::kOneway;
+    for (std::vector<AddedRun>& region : regions) {
+      report.added_runs += region.size();
+      bool forward = true;
+      for (std::size_t k = 0; k < region.size(); ++k) {
+        std::vector<Vec3>& tips = region[k].tips;
+        if (!forward) std::reverse(tips.begin(), tips.end());
+        joiner.cut(tips, oneway);
+        if (!oneway) forward = !forward;
+      }
+    }
+  }
+
+  const TriangleMesh& mesh_;
+  const OffsetSurface& offset_;
+  const FrameDomain& frame_;
+  const Budget& budget_;
+  const PathOptions& options_;
+  double join_, limit_ = 0, least_ = 0, margin_ = 0;
+  std::vector<double> ys_;
+};
+
+}  // namespace
+
+Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
+                                  const std::array<double, 4>& domain, const PathOptions& options,
+                                  ToolPath head, PathReceiver& receiver) {
+  const Result<CutterShape> real = CutterShape::make(options.cutter);
+  if (!real) return real.error();
+  const Result<Budget> budget = budget_of(options, *real, deviation);
+  if (!budget) return budget.error();
+  const double grow = budget->grow;
   const CutterShape cutter =
       *CutterShape::make({2 * (real->radius() + grow), std::fmax(0, real->corner() + grow)});
   const OffsetSurface offset(mesh, cutter, options.angle);
@@ -207,64 +252,43 @@ Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
     return input_error("the clearance plane " + number_text(clearance) +
                        " must lie above the surface, whose highest point is " + number_text(top));
   }
+  head.cutter = options.cutter;
+  head.intol = options.intol;
+  head.outtol = options.outtol;
+  head.clearance = clearance;
 
-  std::vector<double> ys;
-  if (options.interval) {
-    ys = even_passes(frame, *options.interval);
-  } else {
-    ys = cusp_passes(offset, mesh, frame, *real, *options.cusp, chord, options.threads);
-  }
-
-  PlannedPath planned;
-  std::vector<std::vector<PassRun>> passes(ys.size());
+  PathReport report;
   const double join = 1e-7 * (real->radius() + 1e-3 * size);
-  each_profile(offset, frame, ys, chord, options.threads,
-               [&](std::size_t j, const std::vector<ProfileSegment>& profile) {
-                 passes[j] = fit_runs(profile, below, above, join);
-               });
-
+  DropPlanner planner(mesh, offset, frame, *budget, options, join);
+  planner.place_passes(*real);
   double widest = 0;
-  planned.report.least_interval = ys.size() > 1 ? ys.back() - ys.front() : 0;
-  for (std::size_t k = 1; k < ys.size(); ++k) {
-    widest = std::fmax(widest, ys[k] - ys[k - 1]);
-    planned.report.least_interval = std::fmin(planned.report.least_interval, ys[k] - ys[k - 1]);
+  for (std::size_t k = 1; k < planner.ys().size(); ++k) {
+    widest = std::fmax(widest, planner.ys()[k] - planner.ys()[k - 1]);
   }
-  planned.report.greatest_interval = widest;
   const TopGrid tops(offset, std::fmax(widest, real->radius() / 4));
-  PathJoiner joiner(tops, grow, clearance, 2 * widest + real->radius());
-  bool forward = true;
-  for (std::size_t k = 0; k < ys.size(); ++k) {
-    const std::size_t j = frame.from_high() ? ys.size() - 1 - k : k;
-    std::vector<PassRun>& runs = passes[j];
-    if (runs.empty()) continue;
-    ++planned.report.passes;
-    bool first = true;
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-      const PassRun& run = runs[forward ? r : runs.size() - 1 - r];
-      std::vector<Vec3> tips;
-      tips.reserve(run.size());
-      for (const Vec2& p : run) tips.emplace_back(p.x(), ys[j], p.y() + grow);
-      if (!forward) std::reverse(tips.begin(), tips.end());
-      joiner.cut(tips, !first || options.pattern == PathPattern::kOneway);
-      first = false;
+  PathStream stream(offset, head, receiver, report);
+  PathJoiner joiner(tops, grow, clearance, 2 * widest + real->radius(), stream);
+  if (const Status done = planner.plan(joiner, stream, report); !done) return done.error();
+  if (!options.interval && !stream.failed()) {
+    const PointDrop drop(offset);
+    WallRunOptions walls;
+    walls.below = budget->below;
+    walls.above = budget->above;
+    walls.chord = budget->chord;
+    walls.least_depth = options.outtol;
+    walls.domain = frame.corners();
+    for (std::vector<Vec3>& run : wall_runs(mesh, offset, drop, walls)) {
+      ++report.wall_runs;
+      for (Vec3& tip : run) tip.z() += grow;
+      joiner.cut(run, options.pattern == PathPattern::kOneway);
     }
-    std::vector<PassRun>().swap(runs);
-    if (options.pattern == PathPattern::kZigzag) forward = !forward;
   }
-  planned.path.points = joiner.finish();
-  if (planned.path.points.size() < 4) {
-    return input_error("the cutter meets no surface in the domain: the path would be empty");
-  }
-  for (ClPoint& point : planned.path.points) point.tip = offset.from_frame(point.tip);
-  planned.path.cutter = options.cutter;
-  planned.path.intol = options.intol;
-  planned.path.outtol = options.outtol;
-  planned.path.clearance = clearance;
-  planned.report.mesh_deviation = deviation;
-  planned.report.overcut_bound = below - grow + chord + deviation + blend;
-  planned.report.undercut_bound = above + grow + deviation + blend;
-  measure(planned.path, planned.report);
-  return planned;
+  joiner.finish();
+  if (const Status done = stream.finish(); !done) return done.error();
+  report.mesh_deviation = deviation;
+  report.overcut_bound = budget->below - grow + budget->chord + deviation + budget->blend;
+  report.undercut_bound = budget->above + grow + deviation + budget->blend;
+  return report;
 }
 
 }  // namespace diesink

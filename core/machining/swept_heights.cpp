@@ -2,6 +2,7 @@
 #include "core/machining/swept_heights.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -94,6 +95,11 @@ double box_distance(const PlannedMove& m, double x0, double x1, double y0, doubl
   return std::max(square, std::sqrt(gap_x * gap_x + gap_y * gap_y));
 }
 
+float rounded_up(double v) {
+  const float f = static_cast<float>(v);
+  return static_cast<double>(f) < v ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
+}
+
 struct IndexSpan {
   std::size_t first = 1, last = 0;
 };
@@ -111,76 +117,94 @@ double swept_height(const CutterShape& cutter, const SweepMove& move, double x, 
   return height_over(cutter, planned(move), x, y);
 }
 
-std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<SweepMove>& moves,
-                                  const PlanLattice& lattice, int threads) {
-  std::vector<double> heights(lattice.columns * lattice.rows, kInfinity);
+SweptHeights::SweptHeights(const CutterShape& cutter, const PlanLattice& lattice,
+                           const std::vector<double>& surface)
+    : cutter_(cutter),
+      lattice_(lattice),
+      surface_(&surface),
+      tile_columns_((lattice.columns + kTile - 1) / kTile),
+      tile_rows_((lattice.rows + kTile - 1) / kTile),
+      heights_(lattice.columns * lattice.rows, kInfinity),
+      over_(heights_.size(), std::numeric_limits<float>::infinity()),
+      highest_(tile_columns_ * tile_rows_, kInfinity) {}
+
+void SweptHeights::cut(std::span<const SweepMove> moves, int threads) {
+  const CutterShape& cutter = cutter_;
+  const PlanLattice& lattice = lattice_;
   const double R = cutter.radius();
-  constexpr std::size_t kBandRows = 8 * kTile;
-  const std::size_t bands = (lattice.rows + kBandRows - 1) / kBandRows;
+  constexpr std::size_t kBandTiles = 8;
+  const std::size_t bands = (tile_rows_ + kBandTiles - 1) / kBandTiles;
   // Moves by the bands of rows they come over, in their order.
   const auto rows_of = [&](const SweepMove& m) {
     return index_span(std::min(m.from.y(), m.to.y()) - R, std::max(m.from.y(), m.to.y()) + R,
                       lattice.y0, lattice.dy, lattice.rows);
   };
-  std::vector<std::size_t> start(bands + 1, 0);
-  for (const SweepMove& m : moves) {
-    const IndexSpan rows = rows_of(m);
+  constexpr std::size_t kBandRows = kBandTiles * kTile;
+  std::vector<std::vector<std::uint32_t>> items(bands);
+  for (std::size_t k = 0; k < moves.size(); ++k) {
+    const IndexSpan rows = rows_of(moves[k]);
     if (rows.first > rows.last) continue;
-    for (std::size_t b = rows.first / kBandRows; b <= rows.last / kBandRows; ++b) ++start[b + 1];
-  }
-  for (std::size_t b = 0; b < bands; ++b) start[b + 1] += start[b];
-  std::vector<std::uint32_t> items(start.back());
-  {
-    std::vector<std::size_t> next(start.begin(), start.end() - 1);
-    for (std::size_t k = 0; k < moves.size(); ++k) {
-      const IndexSpan rows = rows_of(moves[k]);
-      if (rows.first > rows.last) continue;
-      for (std::size_t b = rows.first / kBandRows; b <= rows.last / kBandRows; ++b) {
-        items[next[b]++] = static_cast<std::uint32_t>(k);
-      }
+    // A tile's cells reach to the first points of the next.
+    for (std::size_t b = (rows.first - std::min<std::size_t>(rows.first, 1)) / kBandRows;
+         b <= rows.last / kBandRows; ++b) {
+      items[b].push_back(static_cast<std::uint32_t>(k));
     }
   }
-  const std::size_t tile_columns = (lattice.columns + kTile - 1) / kTile;
+  const std::vector<double>& part = *surface_;
   parallel_blocks(bands, 1, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<double> highest;
+    std::array<double, (kTile + 1) * (kTile + 1)> z;
     for (std::size_t band = begin; band < end; ++band) {
-      const std::size_t row0 = band * kBandRows;
-      const std::size_t row1 = std::min(row0 + kBandRows, lattice.rows);
-      highest.assign(tile_columns * (kBandRows / kTile), kInfinity);
-      for (std::size_t k = start[band]; k < start[band + 1]; ++k) {
-        const PlannedMove m = planned(moves[items[k]]);
+      const std::size_t tile_end = std::min((band + 1) * kBandTiles, tile_rows_);
+      for (const std::uint32_t item : items[band]) {
+        const PlannedMove m = planned(moves[item]);
+        const double low = std::min(m.move.from.z(), m.move.to.z());
         const IndexSpan rows = rows_of(m.move);
         const IndexSpan columns = index_span(std::min(m.move.from.x(), m.move.to.x()) - R,
                                              std::max(m.move.from.x(), m.move.to.x()) + R,
                                              lattice.x0, lattice.dx, lattice.columns);
         if (columns.first > columns.last) continue;
-        const double low = std::min(m.move.from.z(), m.move.to.z());
-        const std::size_t j0 = std::max(rows.first, row0), j1 = std::min(rows.last + 1, row1);
-        for (std::size_t tj = j0 / kTile; tj <= (j1 - 1) / kTile; ++tj) {
-          const std::size_t tile_row1 = std::min((tj + 1) * kTile, row1);
-          for (std::size_t ti = columns.first / kTile; ti <= columns.last / kTile; ++ti) {
-            double& top = highest[(tj - row0 / kTile) * tile_columns + ti];
-            const std::size_t tile_column1 = std::min((ti + 1) * kTile, lattice.columns);
-            const double gap = box_distance(m, lattice.x(ti * kTile), lattice.x(tile_column1 - 1),
-                                            lattice.y(tj * kTile), lattice.y(tile_row1 - 1));
+        const std::size_t first = rows.first - std::min<std::size_t>(rows.first, 1);
+        for (std::size_t tj = std::max(first / kTile, band * kBandTiles);
+             tj <= rows.last / kTile && tj < tile_end; ++tj) {
+          const std::size_t j0 = tj * kTile, j1 = std::min(j0 + kTile, lattice.rows - 1);
+          const std::size_t left = columns.first - std::min<std::size_t>(columns.first, 1);
+          for (std::size_t ti = left / kTile; ti <= columns.last / kTile; ++ti) {
+            double& top = highest_[tj * tile_columns_ + ti];
+            const std::size_t i0 = ti * kTile, i1 = std::min(i0 + kTile, lattice.columns - 1);
+            const double gap =
+                box_distance(m, lattice.x(i0), lattice.x(i1), lattice.y(j0), lattice.y(j1));
             // A move that stays above all that is left over the tile cuts nothing there.
             if (gap > R || low + cutter.height(gap) >= top) continue;
-            double left = -kInfinity;
-            for (std::size_t j = tj * kTile; j < tile_row1; ++j) {
-              for (std::size_t i = ti * kTile; i < tile_column1; ++i) {
-                double& at = heights[j * lattice.columns + i];
-                const double z = height_over(cutter, m, lattice.x(i), lattice.y(j));
-                if (z < at) at = z;
-                left = std::max(left, at);
+            const std::size_t width = i1 - i0 + 1;
+            for (std::size_t j = j0; j <= j1; ++j) {
+              for (std::size_t i = i0; i <= i1; ++i) {
+                z[(j - j0) * width + (i - i0)] = height_over(cutter, m, lattice.x(i), lattice.y(j));
               }
             }
-            top = left;
+            // The tile's own points, and the cells behind them.
+            double most = -kInfinity;
+            for (std::size_t j = j0; j < std::min(j0 + kTile, lattice.rows); ++j) {
+              for (std::size_t i = i0; i < std::min(i0 + kTile, lattice.columns); ++i) {
+                const std::size_t k = j * lattice.columns + i, c = (j - j0) * width + (i - i0);
+                heights_[k] = std::min(heights_[k], z[c]);
+                most = std::max(most, heights_[k]);
+                if (i == i1 || j == j1) continue;
+                const double p0 = part[k], p1 = part[k + 1], p2 = part[k + lattice.columns],
+                             p3 = part[k + lattice.columns + 1];
+                if (std::isnan(p0 + p1 + p2 + p3)) continue;  // at a hole
+                const double over = std::max(std::max(z[c] - p0, z[c + 1] - p1),
+                                             std::max(z[c + width] - p2, z[c + width + 1] - p3));
+                if (over < static_cast<double>(over_[k])) over_[k] = rounded_up(over);
+                most = std::max(most, std::min(std::min(p0, p1), std::min(p2, p3)) +
+                                          static_cast<double>(over_[k]));
+              }
+            }
+            top = most;
           }
         }
       }
     }
   });
-  return heights;
 }
 
 }  // namespace diesink

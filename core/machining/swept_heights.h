@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/machining/sweep_depth.h"
@@ -20,8 +21,34 @@ struct PlanLattice {
 // not come over the point. To rounding.
 double swept_height(const CutterShape& cutter, const SweepMove& move, double x, double y);
 
-// The same over a lattice and all moves; +infinity where none comes.
-std::vector<double> swept_heights(const CutterShape& cutter, const std::vector<SweepMove>& moves,
-                                  const PlanLattice& lattice, int threads);
+// The lowest of all moves over a lattice; a path is taken in pieces.
+class SweptHeights {
+ public:
+  // `surface`: what the part is at the points, NaN where nothing.
+  // Needs: `surface` outlives it.
+  SweptHeights(const CutterShape& cutter, const PlanLattice& lattice,
+               const std::vector<double>& surface);
+
+  // Same result for any thread count and any division into pieces.
+  void cut(std::span<const SweepMove> moves, int threads);
+
+  // What is left at the points; +infinity where no move came.
+  [[nodiscard]] const std::vector<double>& heights() const { return heights_; }
+  // For each cell of the lattice (numbered as its point of low x and y): how far what is left
+  // stands over the part at most, anywhere in the cell, if the part were straight between the
+  // cell's points. The volume a move sweeps is convex, so over a cell the highest of one move's
+  // four corners bounds it; the best of all moves counts. Infinity where no move covers the cell
+  // alone.
+  [[nodiscard]] const std::vector<float>& over_cells() const { return over_; }
+
+ private:
+  CutterShape cutter_;
+  PlanLattice lattice_;
+  const std::vector<double>* surface_;
+  std::size_t tile_columns_, tile_rows_;
+  std::vector<double> heights_;
+  std::vector<float> over_;
+  std::vector<double> highest_;  // of what a move must come below to change anything in a tile
+};
 
 }  // namespace diesink

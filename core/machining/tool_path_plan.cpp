@@ -56,13 +56,15 @@ PathOptions path_options_of(const PartProgram& program) {
   return options;
 }
 
-Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions& options) {
+Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& options,
+                             PathReceiver& receiver) {
   if (const Status status = check(options); !status) return status.error();
   const auto progress = [&](double part) {
     if (options.progress) options.progress(part);
   };
   // Material around the domain counts, as far as the cutter reaches.
-  const Machining& machining = surface.program().machining;
+  const PartProgram& program = surface.program();
+  const Machining& machining = program.machining;
   const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
                                      machining.y_range[0], machining.y_range[1]};
   const Result<CompoundSurface> wide =
@@ -75,30 +77,86 @@ Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions&
   const Result<Tessellation> mesh = tessellate(*wide, mesh_options);
   if (!mesh) return mesh.error();
   progress(0.3);
-  Result<PlannedPath> planned = [&] {
+  ToolPath head;
+  head.name = program.name;
+  head.unit = program.unit;
+  head.feed = machining.feed.value_or(0);
+  head.spindle = machining.spindle.value_or(0);
+  const double deviation = mesh->report.certified_deviation;
+  Result<PathReport> planned = [&] {
     const ProgressSpan span(options.progress, 0.3, 0.8);
     return options.method == PathMethod::kCc
-               ? plan_cc_path(surface, mesh->mesh, mesh->report.certified_deviation, options)
-               : plan_drop_path(mesh->mesh, mesh->report.certified_deviation, domain, options);
+               ? plan_cc_path(surface, mesh->mesh, deviation, options, head, receiver)
+               : plan_drop_path(mesh->mesh, deviation, domain, options, head, receiver);
   }();
   if (!planned) return planned;
   progress(0.8);
-  const PartProgram& program = surface.program();
-  planned->path.name = program.name;
-  planned->path.unit = program.unit;
-  planned->path.feed = program.machining.feed.value_or(0);
-  planned->path.spindle = program.machining.spindle.value_or(0);
-  planned->report.uncertified_area = mesh->report.uncertified_area;
+  planned->uncertified_area = mesh->report.uncertified_area;
   const OffsetSurface offset(mesh->mesh, *CutterShape::make(options.cutter), 0);
   const PointDrop drop(offset);
   const ProgressSpan span(options.progress, 0.8, 1);
   const UnreachableArea unreachable =
       unreachable_area(*wide, offset, drop, domain, options.outtol + mesh_options.tolerance,
                        kReachSamples, options.threads);
-  planned->report.unreachable_area = unreachable.area;
-  planned->report.unreachable_height = unreachable.height;
+  planned->unreachable_area = unreachable.area;
+  planned->unreachable_height = unreachable.height;
   progress(1);
   return planned;
+}
+
+namespace {
+
+class PathHolder final : public PathReceiver {
+ public:
+  explicit PathHolder(ToolPath& path) : path_(path) {}
+  Status begin(const ToolPath& head) override {
+    path_ = head;
+    return ok();
+  }
+  Status take(std::span<const ClPoint> points) override {
+    path_.points.insert(path_.points.end(), points.begin(), points.end());
+    return ok();
+  }
+
+ private:
+  ToolPath& path_;
+};
+
+// Calls plan(options, receiver) and keeps all it gives.
+template <class Plan>
+Result<PlannedPath> held(PathOptions options, const Plan& plan) {
+  PlannedPath planned;
+  options.cc_pass = [&](std::span<const CcContact> pass) {
+    planned.cc_passes.emplace_back(pass.begin(), pass.end());
+  };
+  PathHolder holder(planned.path);
+  Result<PathReport> report = plan(options, holder);
+  if (!report) return report.error();
+  planned.report = *report;
+  return planned;
+}
+
+}  // namespace
+
+Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions& options) {
+  return held(options, [&](const PathOptions& how, PathReceiver& receiver) {
+    return plan_path(surface, how, receiver);
+  });
+}
+
+Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
+                                   const std::array<double, 4>& domain,
+                                   const PathOptions& options) {
+  return held(options, [&](const PathOptions& how, PathReceiver& receiver) {
+    return plan_drop_path(mesh, deviation, domain, how, {}, receiver);
+  });
+}
+
+Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
+                                 double deviation, const PathOptions& options) {
+  return held(options, [&](const PathOptions& how, PathReceiver& receiver) {
+    return plan_cc_path(surface, mesh, deviation, how, {}, receiver);
+  });
 }
 
 }  // namespace diesink

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/compound/compound_surface.h"
@@ -18,6 +19,12 @@ namespace diesink {
 enum class PathPattern : std::uint8_t { kZigzag, kOneway };
 enum class PathMethod : std::uint8_t { kDrop, kCc };
 enum class PathAlong : std::uint8_t { kAngle, kU, kV };  // kU, kV: curves of a Ferguson base
+
+// A cutter contact point and the unit normal there.
+struct CcContact {
+  Vec3 p = Vec3::Zero();
+  Vec3 n = Vec3::UnitZ();
+};
 
 // Units: the part program's; angles in radians from the x axis.
 struct PathOptions {
@@ -34,6 +41,9 @@ struct PathOptions {
   int threads = 0;                  // 0 = all cores
   // Called now and then with the part done, 0..1, from any thread; may be empty.
   std::function<void(double)> progress;
+  // Method cc: called with the CC-data of each stretch of a pass, in the order they are cut; may be
+  // empty.
+  std::function<void(std::span<const CcContact>)> cc_pass;
 };
 
 // The options as the part program states them; the cutter's diameter is 0 where it states none.
@@ -43,45 +53,57 @@ struct PathReport {
   std::size_t passes = 0, points = 0;
   double feed_length = 0, rapid_length = 0;
   double least_interval = 0, greatest_interval = 0;
-  double overcut_bound =
-      0;  // no move goes deeper into the true surface than this; drop only, else 0
-  double undercut_bound = 0;  // no move stays higher over the lowest safe tip than this; drop only
-  double mesh_deviation = 0;  // of the mesh the cutter was dropped on
+  std::size_t added_runs = 0;  // put in between passes, where they would leave too much
+  std::size_t wall_runs = 0;   // along the feet of walls
+  double unsettled_area = 0;   // in plan, where what stays between passes could not be bounded
+  double overcut_bound = 0;    // no move goes deeper into the true surface than this
+  double undercut_bound = 0;   // no move stays higher over the lowest safe tip than this; drop only
+  double mesh_deviation = 0;   // of the mesh the cutter was dropped on
   double uncertified_area = 0;    // of that mesh: there the bounds are not proven
   double unreachable_area = 0;    // plan area where this cutter cannot touch the surface
   double unreachable_height = 0;  // the most it must leave there, to the spacing of the examination
   std::size_t loops_removed = 0, crossings_inserted = 0;  // cc only: Fig. 12
 };
 
-// A cutter contact point and the unit normal there.
-struct CcContact {
-  Vec3 p = Vec3::Zero();
-  Vec3 n = Vec3::UnitZ();
-};
-
 struct PlannedPath {
   ToolPath path;
   PathReport report;
-  std::vector<std::vector<CcContact>> cc_passes;  // method cc: the CC-data of each pass
+  std::vector<std::vector<CcContact>> cc_passes;  // method cc: the CC-data of each stretch
 };
 
-// Plans the finishing path over the program's domain. The cutter's centre stays in the domain;
-// material around it counts wherever the surface is defined. Rapid moves run at the clearance
-// plane, or straight up to it; every move down is at feed. Errors: kInput for a wrong cutter,
-// interval, cusp height or tolerance, a clearance plane below the
+// Plans the finishing path over the program's domain and hands it to `receiver` as it comes. The
+// cutter's centre stays in the domain; material around it counts wherever the surface is defined.
+// Rapid moves run at the clearance plane, or straight up to it; every move down is at feed. Where
+// the cusp height is given, passes are put in wherever two passes would leave more than it and
+// OUTTOL, and along the feet of walls; a given interval is kept as it is.
+// Errors: kInput for a wrong cutter, interval, cusp height or tolerance, a clearance plane below
+// the
 //         surface, a surface the cutter never meets; kUnsupported for kU, kV without a Ferguson
-//         base; what the tessellator returns.
-// Same points for any thread count.
+//         base; what the tessellator and the receiver return. Nothing is handed over before the
+//         path is known not to be empty.
+// Same points for any thread count. Memory: the mesh and its offset surface, a few passes, and the
+// runs put in that are not yet cut.
+Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& options,
+                             PathReceiver& receiver);
+
+// The same, held whole.
 Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions& options);
 
 // The drop method on a mesh of the surface, known to be at most `deviation` away from it.
-// `domain` is x0, x1, y0, y1. The mesh should reach a cutter's radius beyond it.
+// `domain` is x0, x1, y0, y1. The mesh should reach a cutter's radius beyond it. `head` gives the
+// path's name, unit, feed and spindle.
+Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
+                                  const std::array<double, 4>& domain, const PathOptions& options,
+                                  ToolPath head, PathReceiver& receiver);
 Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
                                    const std::array<double, 4>& domain, const PathOptions& options);
 
 // The paper's method: CC-data along each pass, equation (6), interferences removed (Fig. 12). The
-// mesh serves to find what gouges. Its moves are checked at points, not proven as the drop method's
-// are.
+// mesh proves that no move gouges: the height the cutter may not go below is known along the whole
+// of each move, and points are put in until none dips deeper than INTOL under it.
+Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
+                                double deviation, const PathOptions& options, ToolPath head,
+                                PathReceiver& receiver);
 Result<PlannedPath> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
                                  double deviation, const PathOptions& options);
 

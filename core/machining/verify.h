@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/compound/compound_surface.h"
 #include "core/mesh.h"
+#include "core/result.h"
 #include "core/tool_path.h"
 
 namespace diesink {
@@ -18,7 +20,7 @@ struct VerifyOptions {
   Cutter cutter;
   double intol = 0, outtol = 0;
   std::optional<double> cusp;
-  std::optional<double> spacing;  // of the lattice of cusps; default a fortieth of the diameter
+  std::optional<double> spacing;  // of the lattice of cusps; default an eightieth of the diameter
   int threads = 0;                // 0 = all cores
   std::function<void(double)> progress;  // 0..1, from any thread; may be empty
 };
@@ -36,6 +38,10 @@ struct VerifyReport {
   Vec3 max_gouge_at = Vec3::Zero();
   double max_excess = 0;  // material left where the cutter fits, along the normal
   Vec3 max_excess_at = Vec3::Zero();
+  // Between the points: in no cell of four points that are cut, and that no wall runs through, does
+  // more stay than max_excess + excess_bound, measured up and down and leaned by the flattest
+  // corner's normal; over that part of those cells it is proven to be within the limit.
+  double excess_bound = 0, proven_part = 0;
   double cusp_p50 = 0, cusp_p99 = 0,
          cusp_max = 0;    // over the points that are cut to the limit or better
   double uncut_area = 0;  // plan area, reachable, left higher than the limit or not cut at all
@@ -53,12 +59,21 @@ struct VerifyReport {
   std::vector<CutState> state;
 };
 
+// Gives the points of a path; the same every time it is called.
+using PathSource = std::function<Status(const PathTaker& take)>;
+
 // Gouges are the depth of the part in the volume that each move sweeps, found over a mesh of the
 // surface that is at most `deviation` away from it, whole triangles against whole moves, and at the
 // lattice's points on the surface itself. What stays is examined at the lattice's points: the
-// lowest height of the swept volumes over the surface, times the normal's z. Needs: the mesh
-// reaches a cutter's radius beyond the domain. Errors: kInput for a wrong cutter, a path without a
-// move, a spacing that gives too many points. Same result for any thread count.
+// lowest height of the swept volumes over the surface, times the normal's z, or the distance to the
+// surface where an edge is nearer; and bounded between them (excess_bound). Tiny moves are joined
+// where that changes no more than 1/256 of both tolerances, which the bounds hold.
+// Needs: the mesh reaches a cutter's radius beyond the domain. Errors: kInput for a wrong cutter, a
+// path without a move, a spacing that gives too many points; the source's. Same result for any
+// thread count. Memory: the lattice and the mesh, whatever the path's length.
+Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleMesh& mesh,
+                                 double deviation, const PathSource& path,
+                                 const VerifyOptions& options);
 Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleMesh& mesh,
                                  double deviation, const ToolPath& path,
                                  const VerifyOptions& options);

@@ -1,0 +1,235 @@
+// Between two rows every stretch is bridged by chords, at the start of each of which the direction
+// is free: along the contour of a slope, or along a valley, they are shorter than square to the
+// rows. It is enough that one of them leaves little.
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/strip_refine.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace diesink {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kDeepest = 24;
+constexpr double kUnsure = -1;
+
+// Shift along the rows of the shortest chord to the row dy away on the tangent plane at p.
+double contour_shift(const RowPosition& p, double dy) {
+  double gx = p.slope.x(), gy = p.slope.y();
+  if (std::isinf(gx) || std::isinf(gy)) {
+    gx = p.away.x();
+    gy = p.away.y();
+    return gx == 0 ? 0 : -gy / gx * dy;
+  }
+  return -gx * gy * dy / (1 + gx * gx);
+}
+
+// Shift along the line where the tangent planes at p and q meet.
+double valley_shift(const RowPosition& p, const RowPosition& q, double dy) {
+  const Vec2 e = p.slope - q.slope;
+  if (!std::isfinite(e.x()) || !std::isfinite(e.y()) || std::fabs(e.x()) <= 1e-9) return 0;
+  return -e.y() / e.x() * dy;
+}
+
+// Runs that overlap or lie closer than `gap` made one.
+std::vector<Stretch> joined(std::vector<Stretch> runs, double gap) {
+  std::sort(runs.begin(), runs.end(),
+            [](const Stretch& p, const Stretch& q) { return p.x0 < q.x0; });
+  std::vector<Stretch> out;
+  for (const Stretch& run : runs) {
+    if (!out.empty() && run.x0 <= out.back().x1 + gap) {
+      out.back().x1 = std::max(out.back().x1, run.x1);
+    } else {
+      out.push_back(run);
+    }
+  }
+  return out;
+}
+
+std::vector<Stretch> padded(const std::vector<Stretch>& runs, double margin) {
+  std::vector<Stretch> out;
+  for (const Stretch& run : runs) out.push_back({run.x0 - margin, run.x1 + margin});
+  return joined(std::move(out), margin);
+}
+
+// The parts of a profile in the runs.
+std::vector<ProfileSegment> clipped(const std::vector<ProfileSegment>& profile,
+                                    const std::vector<Stretch>& runs) {
+  std::vector<ProfileSegment> out;
+  std::size_t k = 0;
+  for (const Stretch& run : runs) {
+    while (k < profile.size() && profile[k].x1 <= run.x0) ++k;
+    for (std::size_t i = k; i < profile.size() && profile[i].x0 < run.x1; ++i) {
+      const ProfileSegment& s = profile[i];
+      const auto z = [&](double x) { return s.z0 + (x - s.x0) / (s.x1 - s.x0) * (s.z1 - s.z0); };
+      ProfileSegment part = s;
+      if (s.x0 < run.x0) {
+        part.x0 = run.x0;
+        part.z0 = z(run.x0);
+      }
+      if (s.x1 > run.x1) {
+        part.x1 = run.x1;
+        part.z1 = z(run.x1);
+      }
+      if (part.x0 < part.x1) out.push_back(part);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+double StripRefiner::left_at(const RowPosition& from, const RowContacts& to, double dy,
+                             const RowContacts* middle, Worst& worst) const {
+  const CutterShape& cutter = offset_->cutter();
+  const std::optional<RowPosition> across = to.at(from.x);
+  if (!across) return 0;  // the surface ends: its rim has been cut from this side
+  double best = kInfinity;
+  bool border = from.border;
+  const std::array<double, 4> shifts{0, contour_shift(from, dy), contour_shift(*across, dy),
+                                     valley_shift(from, *across, dy)};
+  for (const double shift : shifts) {
+    if (!std::isfinite(shift)) continue;
+    const std::optional<RowPosition> other = shift == 0 ? across : to.at(from.x + shift);
+    if (!other) continue;
+    border = border || other->border;
+    const Vec2 d(shift, dy);
+    double left;
+    if (middle == nullptr) {
+      left = left_between(cutter, from, *other, d).sum();
+    } else {
+      const double part = (middle->y() - (to.y() - dy)) / dy;
+      const std::optional<RowPosition> between = middle->at(from.x + part * shift);
+      if (!between) continue;
+      border = border || between->border;
+      const double lean = between->slope.squaredNorm();
+      const double under = std::max(0.0, from.z + part * (other->z - from.z) - between->z) /
+                           std::sqrt(1 + (std::isinf(lean) ? 0 : lean));
+      left = left_between(cutter, from, *other, d).ridge + under +
+             std::max(left_between(cutter, from, *between, part * d).sink,
+                      left_between(cutter, *between, *other, (1 - part) * d).sink);
+    }
+    best = std::min(best, left);
+    if (best <= limit_) return best;
+  }
+  if (border) {
+    if (middle == nullptr) return kUnsure;
+    const std::optional<RowPosition> between = middle->at(from.x);
+    if (!between || !(between->z < std::min(from.z, across->z) - limit_)) return 0;
+    best = std::min(from.z, across->z) - between->z;  // a pocket, whatever its walls
+  }
+  if (best > worst.left) {
+    worst.left = best;
+    // Where the slopes of both sides would meet; the middle where they do not.
+    const double bend = from.slope.y() - across->slope.y();
+    const double at = (across->z - across->slope.y() * dy - from.z) / bend;
+    const double part = at / dy;
+    worst.y = to.y() - dy + (part > 0.1 && part < 0.9 && bend * dy < 0 ? part : 0.5) * dy;
+  }
+  return best;
+}
+
+std::vector<Stretch> StripRefiner::too_much(const RowContacts& a, const RowContacts& b,
+                                            const RowContacts* middle,
+                                            std::span<const Stretch> among, Worst& worst,
+                                            std::vector<Stretch>* unsure) const {
+  // Long pieces are looked at in steps, so that a short fault does not call for a long row; of
+  // short ones only so many that the shortest step is a small part of an interval.
+  const double longest = offset_->cutter().radius() / 2, shortest = margin_ / 4;
+  std::vector<Stretch> bad;
+  for (const bool down : {false, true}) {
+    const RowContacts& from = down ? b : a;
+    const RowContacts& to = down ? a : b;
+    const double dy = to.y() - from.y();
+    const std::vector<ProfileSegment>& profile = from.profile();
+    for (const Stretch& run : among) {
+      const auto first = std::partition_point(
+          profile.begin(), profile.end(), [&](const ProfileSegment& s) { return s.x1 <= run.x0; });
+      double seen = -kInfinity, last = 0;
+      const auto look = [&](const ProfileSegment& s, double x) {
+        const double left = left_at(from.on(s, x), to, dy, middle, worst);
+        const Stretch step{std::isinf(seen) ? x : seen, x};
+        if (left > limit_ || last > limit_) bad.push_back(step);
+        if (unsure != nullptr && (left == kUnsure || last == kUnsure)) unsure->push_back(step);
+        seen = x;
+        last = left;
+      };
+      for (auto s = first; s != profile.end() && s->x0 < run.x1; ++s) {
+        const double x0 = std::max(s->x0, run.x0), x1 = std::min(s->x1, run.x1);
+        const bool gap = s != first && s->x0 > (s - 1)->x1;
+        const bool ends = s + 1 == profile.end() || (s + 1)->x0 >= run.x1;
+        if (gap || x0 - seen >= shortest || x1 - x0 >= shortest) {
+          if (gap) last = 0;
+          look(*s, x0);
+        }
+        if (!ends && x1 - seen < shortest) continue;
+        const double parts = std::ceil((x1 - x0) / longest);
+        for (double p = 1; p < parts; ++p) look(*s, x0 + (x1 - x0) * (p / parts));
+        look(*s, x1);
+      }
+    }
+  }
+  return joined(std::move(bad), margin_);
+}
+
+void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
+                          std::span<const StripPieces::Item> items, std::vector<AddedRow>& out) {
+  const Stretch all{-kInfinity, kInfinity};
+  const std::size_t before = out.size();
+  near_.clear();
+  refine(a, b, items, {&all, 1}, 0, out);
+  std::stable_sort(out.begin() + static_cast<std::ptrdiff_t>(before), out.end(),
+                   [](const AddedRow& p, const AddedRow& q) { return p.y < q.y; });
+}
+
+void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
+                          std::span<const StripPieces::Item> items, std::span<const Stretch> among,
+                          int depth, std::vector<AddedRow>& out) {
+  Worst worst;
+  std::vector<Stretch> unsure;
+  std::vector<Stretch> looks = too_much(a, b, nullptr, among, worst, &unsure);
+  const double width = b.y() - a.y();
+  const bool bad = !looks.empty();
+  if (width <= least_ || depth == kDeepest) {
+    for (const Stretch& run : looks) unsettled_ += (run.x1 - run.x0) * width;
+    return;
+  }
+  if (width > 2 * margin_) looks.insert(looks.end(), unsure.begin(), unsure.end());
+  if (width > offset_->cutter().radius() / 2) looks.assign(among.begin(), among.end());
+  if (looks.empty()) return;
+  looks = joined(std::move(looks), margin_);
+  if (near_.empty()) {  // of the strip, for all its rows
+    for (const StripPieces::Item& item : items) {
+      if (static_cast<double>(item.y1) >= a.y() && static_cast<double>(item.y0) <= b.y()) {
+        near_.push_back(item);
+      }
+    }
+  }
+  const std::array<double, 3> places{bad ? worst.y : a.y() + width / 2, a.y() + width / 4,
+                                     a.y() + 3 * width / 4};
+  for (const double y : places) {
+    std::vector<ProfileSegment> profile;
+    const Span row_span = domain_->pass(y);
+    for (const Stretch& run : padded(looks, 2 * margin_)) {
+      const Stretch inside{std::max(run.x0, row_span.x0), std::min(run.x1, row_span.x1)};
+      if (inside.x0 < inside.x1) slice_row(*offset_, near_, y, inside, chord_, profile);
+    }
+    if (profile.empty()) continue;  // outside the domain
+    UpperEnvelope().take(profile);
+    const RowContacts middle(*offset_, y, std::move(profile));
+    Worst still;
+    const std::vector<Stretch> needed = too_much(a, b, &middle, looks, still, nullptr);
+    if (needed.empty()) continue;
+    AddedRow row{y, clipped(middle.profile(), padded(needed, margin_))};
+    const RowContacts cut(*offset_, row.y, row.profile);
+    out.push_back(std::move(row));
+    refine(a, cut, items, needed, depth + 1, out);
+    refine(cut, b, items, needed, depth + 1, out);
+    return;
+  }
+}
+
+}  // namespace diesink
