@@ -414,6 +414,15 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     }
     return true;
   };
+  // A line that leaves the cell and comes back has stretches that do not end in the corner.
+  if (c.kind != CellKind::kLeast) {
+    for (const Item& one : items) {
+      const auto same = std::count_if(items.begin(), items.end(), [&](const Item& other) {
+        return graph_.nodes[one.node].curve.same_as(graph_.nodes[other.node].curve);
+      });
+      if (same > 2) return false;
+    }
+  }
   if (info.has_vertex) {
     if (c.kind != CellKind::kLeast && !runs_through_all(info.vertex.head<2>())) return false;
     add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
