@@ -173,7 +173,7 @@ TEST(Scanned, NoPinholes) {
   }
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> x(-7, 33), y(2, 42);
-  for (int i = 0; i < 1'000'000; ++i) ASSERT_TRUE(scan.at(x(random), y(random), hit));
+  for (int i = 0; i < 10'000'000; ++i) ASSERT_TRUE(scan.at(x(random), y(random), hit));
 }
 
 TEST(Scanned, RowsAndGridsHaveTheSameDigitsAsPoints) {
