@@ -10,6 +10,7 @@
 #include "convert/mesh_info.h"
 #include "convert/mesh_input.h"
 #include "convert/program_info.h"
+#include "core/compound/compound_impl.h"
 #include "core/parallel.h"
 
 namespace diesink {
@@ -30,7 +31,12 @@ ExitStatus tell_program(std::span<const std::byte> bytes, const std::string& pat
     const Loaded<CompoundSurface> surface = make_surface(*program.value, &diagnostics);
     if (!surface.value) return surface.status;
     const PartProgram& resolved = surface.value->program();
-    return print(common.json ? program_info_json(resolved, diagnostics) : program_info(resolved));
+    const Machining& m = resolved.machining;
+    const ScanCover cover =
+        scan_cover(std::get<ScannedSurface>(surface.value->impl().base),
+                   {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]}, common.threads);
+    return print(common.json ? program_info_json(resolved, diagnostics, &cover)
+                             : program_info(resolved, &cover));
   }
   return print(common.json ? program_info_json(*program.value, diagnostics)
                            : program_info(*program.value));

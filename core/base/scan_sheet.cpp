@@ -371,4 +371,49 @@ ScanSheet top_sheet(const ScannedSurface& scan, const PlanBox& box, double lean,
   return sheet;
 }
 
+ScanCover scan_cover(const ScannedSurface& scan, const PlanBox& box, int threads) {
+  ScanCover cover;
+  const double domain = (box.x1 - box.x0) * (box.y1 - box.y0);
+  const ScanSheet sheet = top_sheet(scan, box, 1e-9 * std::sqrt(domain), threads);
+  const auto cross = [](const Vec3& a, const Vec3& b, const Vec3& c) {
+    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+  };
+  double covered = 0, all = 0;
+  for (const auto& t : sheet.triangles)
+    covered += 0.5 * cross(sheet.points[t[0]], sheet.points[t[1]], sheet.points[t[2]]);
+  // Every triangle, cut to the box.
+  ScanSheet whole;
+  whole.points = scan.positions();
+  whole.triangles = scan.triangles();
+  SheetCutter cutter(whole);
+  for (auto& t : whole.triangles) {
+    if (cross(whole.points[t[0]], whole.points[t[1]], whole.points[t[2]]) < 0)
+      std::swap(t[1], t[2]);
+  }
+  cutter.cut({0, box.x0, true});
+  cutter.cut({0, box.x1, false});
+  cutter.cut({1, box.y0, true});
+  cutter.cut({1, box.y1, false});
+  for (const auto& t : whole.triangles)
+    all += 0.5 * cross(whole.points[t[0]], whole.points[t[1]], whole.points[t[2]]);
+  const double slack = 1e-9 * domain;
+  cover.open_area = domain - covered > slack ? domain - covered : 0;
+  cover.layered_area = all - covered > slack ? all - covered : 0;
+  // Loops of the border that run clockwise go round a hole.
+  std::vector<char> seen(sheet.twin.size(), 0);
+  for (std::uint32_t start = 0; start < sheet.twin.size(); ++start) {
+    if (sheet.twin[start] != kNone || seen[start]) continue;
+    double area = 0;
+    for (std::uint32_t h = start; !seen[h];) {
+      seen[h] = 1;
+      area += cross(sheet.points[sheet.from(start)], sheet.points[sheet.from(h)],
+                    sheet.points[sheet.to(h)]);
+      h = ScanSheet::next(h);
+      while (sheet.twin[h] != kNone) h = ScanSheet::next(sheet.twin[h]);
+    }
+    if (area < 0) ++cover.open_loops;
+  }
+  return cover;
+}
+
 }  // namespace diesink

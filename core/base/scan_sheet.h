@@ -43,4 +43,12 @@ struct ScanSheet {
 // piece of one triangle of the scan there counts as unproven.
 ScanSheet top_sheet(const ScannedSurface& scan, const PlanBox& box, double lean, int threads = 0);
 
+// How a scan covers a box of the plan.
+struct ScanCover {
+  double open_area = 0;        // without a surface
+  std::size_t open_loops = 0;  // borders of holes within the scan
+  double layered_area = 0;     // under the topmost layer, each layer counted
+};
+ScanCover scan_cover(const ScannedSurface& scan, const PlanBox& box, int threads = 0);
+
 }  // namespace diesink
