@@ -27,6 +27,7 @@ tests=(
   python3              # drives the program
   pybind11-dev python3-dev python3-numpy python3-pytest # the Python module and its tests
   dpkg-dev             # dependencies of the packages
+  file                 # what cpack asks for the kind of each file when it looks for shared libraries
   locales              # a locale with a decimal comma
 )
 # The second readers of glTF (tests/formats/npm) run on any Node.js with npm.

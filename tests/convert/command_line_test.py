@@ -251,9 +251,15 @@ class Outputs(CommandLineTest):
             self.assertEqual(ended, -sent)
             self.assertEqual(self.files(), [part.name])
 
+    def terminal(self):
+        try:
+            return os.openpty()
+        except OSError as why:  # a chroot without /dev/pts
+            self.skipTest(f"no pseudo-terminal here: {why}")
+
     def on_terminal(self, *words, seconds):
         """Runs the program with a terminal as stderr and a stdout that nobody reads for some time; gives its stderr."""
-        ours, theirs = os.openpty()
+        ours, theirs = self.terminal()
         process = subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stderr=theirs, stdout=subprocess.PIPE)
         os.close(theirs)
         time.sleep(seconds)
@@ -277,7 +283,7 @@ class Outputs(CommandLineTest):
         self.assertEqual(self.on_terminal(*words, seconds=0), b"")
 
     def test_progress_tells_rate_and_time_left(self):
-        ours, theirs = os.openpty()
+        ours, theirs = self.terminal()
         words = ["cl", FIG6, "--cutter", "6,3", "--cusp", "0.02", "--threads", "1", "-o", "x.apt", "--json"]
         process = subprocess.Popen([PROGRAM, *map(str, words)], cwd=self.folder, stderr=theirs, stdout=subprocess.DEVNULL)
         os.close(theirs)
