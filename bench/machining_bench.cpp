@@ -7,6 +7,7 @@
 
 #include "bench/bench_parts.h"
 #include "core/machining/drop.h"
+#include "core/machining/lattice_drop.h"
 #include "core/machining/tool_path_plan.h"
 #include "core/machining/verify.h"
 #include "core/tessellate/tessellate.h"

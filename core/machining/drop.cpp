@@ -1,81 +1,10 @@
-// The lattice drop rasterizes the offset surface row by row; every piece keeps the largest height.
 // SPDX-License-Identifier: Apache-2.0
 #include "core/machining/drop.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/machining/row_blocks.h"
-#include "core/parallel.h"
-
 namespace diesink {
-namespace {
-
-constexpr std::size_t kRowsABlock = 16;
-
-// Columns of x0 + i dx inside the span, widened by rounding; first > last where there are none.
-struct Columns {
-  std::size_t first = 1, last = 0;
-};
-
-Columns columns_of(const Span& span, double x0, double inv_dx, std::size_t columns) {
-  if (span.empty()) return {};
-  constexpr double kWiden = 1e-9;  // of the spacing
-  const double lo = std::ceil((span.x0 - x0) * inv_dx - kWiden);
-  const double hi = std::floor((span.x1 - x0) * inv_dx + kWiden);
-  if (hi < 0 || lo > static_cast<double>(columns - 1) || lo > hi) return {};
-  return {static_cast<std::size_t>(std::fmax(lo, 0)),
-          static_cast<std::size_t>(std::fmin(hi, static_cast<double>(columns - 1)))};
-}
-
-void raise(double* row, std::size_t i, double z) {
-  if (z > row[i]) row[i] = z;
-}
-
-}  // namespace
-
-void drop_lattice(const OffsetSurface& offset, double x0, double dx, std::size_t columns,
-                  std::span<const double> ys, std::span<double> heights, int threads) {
-  if (columns == 0 || ys.empty()) return;
-  const CutterShape& cutter = offset.cutter();
-  const double inv_dx = 1 / dx;
-  const std::size_t facet_count = offset.facets().size();
-  const std::size_t edge_end = facet_count + offset.edges().size();
-  const RowBlocks blocks(offset, ys, kRowsABlock);
-  const auto drop_piece = [&](std::uint32_t piece, std::size_t j) {
-    double* row = heights.data() + j * columns;
-    const double y = ys[j];
-    if (piece < facet_count) {
-      const FacetSpan f = row_span(offset.facets()[piece], y);
-      const Columns c = columns_of(f.span, x0, inv_dx, columns);
-      if (c.first > c.last) return;
-      const double width = f.span.x1 - f.span.x0;
-      const double slope = width > 0 ? (f.z1 - f.z0) / width : 0;
-      const double low = std::fmin(f.z0, f.z1), high = std::fmax(f.z0, f.z1);
-      for (std::size_t i = c.first; i <= c.last; ++i) {
-        const double z = f.z0 + slope * (x0 + static_cast<double>(i) * dx - f.span.x0);
-        raise(row, i, std::fmin(std::fmax(z, low), high));
-      }
-    } else if (piece < edge_end) {
-      const EdgePiece& edge = offset.edges()[piece - facet_count];
-      const Columns c = columns_of(row_span(edge, cutter, y), x0, inv_dx, columns);
-      for (std::size_t i = c.first; i <= c.last; ++i) {
-        raise(row, i, contact(edge, cutter, x0 + static_cast<double>(i) * dx, y).z);
-      }
-    } else {
-      const VertexPiece& vertex = offset.vertices()[piece - edge_end];
-      const Columns c = columns_of(row_span(vertex, cutter, y), x0, inv_dx, columns);
-      for (std::size_t i = c.first; i <= c.last; ++i) {
-        raise(row, i, contact(vertex, cutter, x0 + static_cast<double>(i) * dx, y).z);
-      }
-    }
-  };
-  parallel_blocks(ys.size(), kRowsABlock, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::fill(heights.begin() + static_cast<std::ptrdiff_t>(begin * columns),
-              heights.begin() + static_cast<std::ptrdiff_t>(end * columns), kNoContact);
-    blocks.for_each(begin, end, drop_piece);
-  });
-}
 
 PointDrop::PointDrop(const OffsetSurface& offset) : offset_(&offset) {
   const std::size_t count = offset.piece_count();
@@ -84,21 +13,21 @@ PointDrop::PointDrop(const OffsetSurface& offset) : offset_(&offset) {
   for (std::size_t k = 0; k < count; ++k) {
     boxes[k] = offset.box(k);
     if (k == 0) extent_ = boxes[k];
-    extent_.x0 = std::fmin(extent_.x0, boxes[k].x0);
-    extent_.x1 = std::fmax(extent_.x1, boxes[k].x1);
-    extent_.y0 = std::fmin(extent_.y0, boxes[k].y0);
-    extent_.y1 = std::fmax(extent_.y1, boxes[k].y1);
-    widths += std::fmax(boxes[k].x1 - boxes[k].x0, boxes[k].y1 - boxes[k].y0);
+    extent_.x0 = std::min(extent_.x0, boxes[k].x0);
+    extent_.x1 = std::max(extent_.x1, boxes[k].x1);
+    extent_.y0 = std::min(extent_.y0, boxes[k].y0);
+    extent_.y1 = std::max(extent_.y1, boxes[k].y1);
+    widths += std::max(boxes[k].x1 - boxes[k].x0, boxes[k].y1 - boxes[k].y0);
   }
   if (count == 0) {
     start_ = {0, 0};
     return;
   }
-  const double w = std::fmax(extent_.x1 - extent_.x0, 1e-300);
-  const double h = std::fmax(extent_.y1 - extent_.y0, 1e-300);
+  const double w = std::max(extent_.x1 - extent_.x0, 1e-300);
+  const double h = std::max(extent_.y1 - extent_.y0, 1e-300);
   // About one cell a piece, but no finer than half the mean piece.
   const double n = static_cast<double>(count);
-  const double cell = std::fmax(std::sqrt(w * h / n), widths / n / 2);
+  const double cell = std::max(std::sqrt(w * h / n), widths / n / 2);
   nx_ = static_cast<int>(std::clamp(w / cell, 1.0, 8192.0));
   ny_ = static_cast<int>(std::clamp(h / cell, 1.0, 8192.0));
   inv_dx_ = nx_ / w;
@@ -195,7 +124,7 @@ double PointDrop::at(double x, double y) const {
       if (x < f.span.x0 - slack || x > f.span.x1 + slack) continue;
       const double width = f.span.x1 - f.span.x0;
       const double t = width > 0 ? std::clamp((x - f.span.x0) / width, 0.0, 1.0) : 0;
-      z = width > 0 ? f.z0 + t * (f.z1 - f.z0) : std::fmax(f.z0, f.z1);
+      z = width > 0 ? f.z0 + t * (f.z1 - f.z0) : std::max(f.z0, f.z1);
     } else if (entry.piece < edge_end) {
       const EdgePiece& edge = offset_->edges()[entry.piece - facet_count];
       const double ox = x - edge.x, oy = y - edge.y;

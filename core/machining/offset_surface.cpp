@@ -67,16 +67,16 @@ double across(const CutterShape& cutter, double steep, double sigma) {
 // Distance along a rising edge from the centre to its contact, by the same normal.
 double along(const CutterShape& cutter, double steep, double sigma) {
   const double lean = std::sqrt(steep * steep + (1 - steep * steep) * sigma * sigma);
-  const double part = steep * std::sqrt(std::fmax(0, 1 - sigma * sigma));
+  const double part = steep * std::sqrt(std::max(0.0, 1 - sigma * sigma));
   return part * (cutter.corner() + (lean > 0 ? cutter.flat() / lean : 0));
 }
 
 // Distance along a rising edge from the centre to its contact, w across.
-double tau(const CutterShape& cutter, double slope, double w) {
-  const double m = std::fabs(slope);
+double tau(const CutterShape& cutter, const EdgePiece& edge, double w) {
+  const double m = std::fabs(edge.slope);
   w = std::fabs(w);
   if (!(m > 0) || w >= cutter.radius()) return 0;
-  const double steep = m / std::sqrt(1 + m * m);
+  const double steep = m / edge.stretch;
   double t;
   if (cutter.flat() <= 0) {
     t = steep * std::sqrt((cutter.corner() - w) * (cutter.corner() + w));
@@ -85,20 +85,20 @@ double tau(const CutterShape& cutter, double slope, double w) {
   } else {
     // across() is increasing and concave in sigma, so Newton's method climbs to the root from
     // below. What is left of its error counts only squared in the tip's height.
-    double sigma = std::fmax(w / (cutter.corner() + cutter.flat() / steep),
-                             (w - cutter.flat()) / cutter.corner());
+    double sigma = std::max(w / (cutter.corner() + cutter.flat() / steep),
+                            (w - cutter.flat()) / cutter.corner());
     for (int step = 0; step < 60; ++step) {
       const double lean2 = steep * steep + (1 - steep * steep) * sigma * sigma;
       const double lean = std::sqrt(lean2);
       const double f = cutter.corner() * sigma + cutter.flat() * sigma / lean - w;
       const double df = cutter.corner() + cutter.flat() * steep * steep / (lean2 * lean);
       const double move = -f / df;
-      sigma = std::fmin(sigma + move, 1.0);
+      sigma = std::min(sigma + move, 1.0);
       if (!(move > 1e-11)) break;
     }
-    t = along(cutter, steep, std::fmax(sigma, 0.0));
+    t = along(cutter, steep, std::max(sigma, 0.0));
   }
-  return slope < 0 ? -t : t;
+  return edge.slope < 0 ? -t : t;
 }
 
 struct Cone {
@@ -130,7 +130,7 @@ VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cut
   bool upright = false;  // some normal is vertical: contacts anywhere under the flat end
   Vec2 heading = Vec2::Zero();
   for (const Vec3& n : cone.normals) {
-    least = std::fmin(least, n.dot(middle));
+    least = std::min(least, n.dot(middle));
     low = low.cwiseMin(n);
     high = high.cwiseMax(n);
     const double flat = n.head<2>().norm();
@@ -143,11 +143,11 @@ VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cut
   // n = sum w_i n_i / |sum w_i n_i| and the norm is at least `least`.
   const auto span = [&](double lo, double hi, double& out0, double& out1, double at, double flat_lo,
                         double flat_hi) {
-    lo = cutter.corner() * std::fmax(-1, std::fmin(lo, lo / least)) + cutter.flat() * flat_lo;
-    hi = cutter.corner() * std::fmin(1, std::fmax(hi, hi / least)) + cutter.flat() * flat_hi;
+    lo = cutter.corner() * std::max(-1.0, std::min(lo, lo / least)) + cutter.flat() * flat_lo;
+    hi = cutter.corner() * std::min(1.0, std::max(hi, hi / least)) + cutter.flat() * flat_hi;
     const double slack = kSlack * (std::fabs(at) + r);
-    out0 = std::fmax(out0, at + lo - slack);
-    out1 = std::fmin(out1, at + hi + slack);
+    out0 = std::max(out0, at + lo - slack);
+    out1 = std::min(out1, at + hi + slack);
   };
   double dir_x0 = -1, dir_x1 = 1, dir_y0 = -1, dir_y1 = 1;
   const double heading_size = heading.norm();
@@ -160,26 +160,25 @@ VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cut
       const double flat = n.head<2>().norm();
       if (!(flat > 0)) continue;
       const Vec2 dir = n.head<2>() / flat;
-      narrow = std::fmin(narrow, dir.dot(heading));
+      narrow = std::min(narrow, dir.dot(heading));
       const double lean = heading.x() * dir.y() - heading.y() * dir.x();
-      left = std::fmax(left, lean);
-      right = std::fmin(right, lean);
+      left = std::max(left, lean);
+      right = std::min(right, lean);
     }
   }
   if (narrow > 0.05) {
     // All headings lie within less than a half turn, so the contacts' headings do too.
     const auto turned = [&](double s) {
-      const double c = std::sqrt(std::fmax(0, 1 - s * s));
+      const double c = std::sqrt(std::max(0.0, 1 - s * s));
       return Vec2(heading.x() * c - heading.y() * s, heading.x() * s + heading.y() * c);
     };
-    const Vec2 l = turned(std::fmin(1, left + 1e-9)), q = turned(std::fmax(-1, right - 1e-9));
+    const Vec2 l = turned(std::min(1.0, left + 1e-9)), q = turned(std::max(-1.0, right - 1e-9));
     piece.a = {l.y(), -l.x()};
     piece.b = {-q.y(), q.x()};
     if (!upright) {
       // The unit headings between l and q, by the same argument as for the normals.
       const auto least_of = [&](double p, double s) {
-        return std::fmin(p, s) < 0 ? std::fmax(-1, std::fmin(p, s) / narrow - 1e-9)
-                                   : std::fmin(p, s);
+        return std::min(p, s) < 0 ? std::max(-1.0, std::min(p, s) / narrow - 1e-9) : std::min(p, s);
       };
       dir_x0 = least_of(l.x(), q.x());
       dir_x1 = -least_of(-l.x(), -q.x());
@@ -196,9 +195,9 @@ VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cut
 void cut(Span& span, double a, double b) {
   // a x + b >= 0
   if (a > 0)
-    span.x0 = std::fmax(span.x0, -b / a);
+    span.x0 = std::max(span.x0, -b / a);
   else if (a < 0)
-    span.x1 = std::fmin(span.x1, -b / a);
+    span.x1 = std::min(span.x1, -b / a);
   else if (b < 0)
     span.x1 = -std::numeric_limits<double>::infinity();
 }
@@ -280,6 +279,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       edge.dy = d.y() / length;
       edge.length = length;
       edge.slope = d.z() / length;
+      edge.stretch = std::sqrt(1 + edge.slope * edge.slope);
       const Vec3 leftward(-edge.dy, edge.dx, 0);
       double sigma1 = 1, sigma0 = -1;
       if (!many) {
@@ -295,7 +295,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       if (sigma1 < sigma0) continue;  // concave: the facets hold the cutter off
       cones[from].convex_edge = cones[to].convex_edge = true;
       const double m = edge.slope;
-      const double steep = std::fabs(m) / std::sqrt(1 + m * m);
+      const double steep = std::fabs(m) / edge.stretch;
       const double slack =
           kSlack * (std::fabs(edge.x) + std::fabs(edge.y) + length + cutter_.radius());
       if (sigma1 == sigma0) continue;
@@ -303,9 +303,9 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       edge.w1 = across(cutter_, steep, sigma1) + slack;
       // u = s - sign(m) along(sigma); along() falls with |sigma|.
       const double near0 = along(cutter_, steep, sigma0), near1 = along(cutter_, steep, sigma1);
-      double most = std::fmax(near0, near1);
+      double most = std::max(near0, near1);
       if (sigma0 <= 0 && sigma1 >= 0) most = along(cutter_, steep, 0);
-      const double least = std::fmin(near0, near1);
+      const double least = std::min(near0, near1);
       edge.u0 = (m > 0 ? -most : least) - slack;
       edge.u1 = length + (m > 0 ? -least : most) + slack;
       edges_.push_back(edge);
@@ -333,10 +333,10 @@ PlanBox OffsetSurface::box(std::size_t k) const {
         const double x = e.x + u * e.dx - w * e.dy, y = e.y + u * e.dy + w * e.dx;
         if (first) box = {x, x, y, y};
         first = false;
-        box.x0 = std::fmin(box.x0, x);
-        box.x1 = std::fmax(box.x1, x);
-        box.y0 = std::fmin(box.y0, y);
-        box.y1 = std::fmax(box.y1, y);
+        box.x0 = std::min(box.x0, x);
+        box.x1 = std::max(box.x1, x);
+        box.y0 = std::min(box.y0, y);
+        box.y1 = std::max(box.y1, y);
       }
     }
     return box;
@@ -351,7 +351,7 @@ double OffsetSurface::top(std::size_t k) const {
     return std::max({v[0].z(), v[1].z(), v[2].z()});
   }
   k -= facets_.size();
-  if (k < edges_.size()) return edges_[k].z + std::fmax(0, edges_[k].slope * edges_[k].length);
+  if (k < edges_.size()) return edges_[k].z + std::max(0.0, edges_[k].slope * edges_[k].length);
   return vertices_[k - edges_.size()].z;
 }
 
@@ -390,8 +390,8 @@ Span row_span(const EdgePiece& e, const CutterShape& cutter, double y) {
   // Where the cutter reaches the edge at all: a stadium.
   Span reach = disk(e.x, e.y, r, y);
   const Span end = disk(e.x + e.length * e.dx, e.y + e.length * e.dy, r, y);
-  reach.x0 = std::fmin(reach.x0, end.x0);
-  reach.x1 = std::fmax(reach.x1, end.x1);
+  reach.x0 = std::min(reach.x0, end.x0);
+  reach.x1 = std::max(reach.x1, end.x1);
   const double oy = y - e.y;
   Span middle{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   const double at_u = oy * e.dy - e.x * e.dx, at_w = oy * e.dx + e.x * e.dy;  // u, w at x = 0
@@ -400,8 +400,8 @@ Span row_span(const EdgePiece& e, const CutterShape& cutter, double y) {
   cut(middle, -e.dy, at_w + r);
   cut(middle, e.dy, r - at_w);
   if (!middle.empty()) {
-    reach.x0 = std::fmin(reach.x0, middle.x0);
-    reach.x1 = std::fmax(reach.x1, middle.x1);
+    reach.x0 = std::min(reach.x0, middle.x0);
+    reach.x1 = std::max(reach.x1, middle.x1);
   }
   cut(reach, e.dx, at_u - e.u0);
   cut(reach, -e.dx, e.u1 - at_u);
@@ -413,8 +413,8 @@ Span row_span(const EdgePiece& e, const CutterShape& cutter, double y) {
 Span row_span(const VertexPiece& v, const CutterShape& cutter, double y) {
   if (y < v.y0 || y > v.y1) return {};
   Span span = disk(v.x, v.y, cutter.radius(), y);
-  span.x0 = std::fmax(span.x0, v.x0);
-  span.x1 = std::fmin(span.x1, v.x1);
+  span.x0 = std::max(span.x0, v.x0);
+  span.x1 = std::min(span.x1, v.x1);
   const double slack = kSlack * (std::fabs(v.x) + std::fabs(v.y) + cutter.radius());
   cut(span, v.a[0], v.a[1] * (y - v.y) - v.a[0] * v.x + slack);
   cut(span, v.b[0], v.b[1] * (y - v.y) - v.b[0] * v.x + slack);
@@ -437,7 +437,16 @@ Span line_span(const VertexPiece& v, const CutterShape& cutter, const Vec2& from
 Contact contact(const EdgePiece& e, const CutterShape& cutter, double x, double y) {
   const double ox = x - e.x, oy = y - e.y;
   const double u = ox * e.dx + oy * e.dy, w = oy * e.dx - ox * e.dy;
-  const double s = std::clamp(u + tau(cutter, e.slope, w), 0.0, e.length);
+  if (cutter.flat() <= 0) {
+    // A ball meets the line at tau = m / stretch sqrt(r² - w²), its tip at z0 + m u + stretch
+    // sqrt(r² - w²) - r.
+    const double r = cutter.radius(), below = (r - w) * (r + w);
+    const double half = std::sqrt(std::max(below, 0.0)), s = u + e.slope / e.stretch * half;
+    if (below >= 0 && s >= 0 && s <= e.length) {
+      return {e.z + e.slope * u + e.stretch * half - r, e.x + s * e.dx, e.y + s * e.dy};
+    }
+  }
+  const double s = std::clamp(u + tau(cutter, e, w), 0.0, e.length);
   const double rho = std::sqrt(w * w + (s - u) * (s - u));
   if (rho > cutter.radius() * (1 + 1e-12)) {
     // The best point of the whole line lies beyond an end, or the edge is out of reach.
@@ -454,7 +463,7 @@ Contact contact(const EdgePiece& e, const CutterShape& cutter, double x, double 
 }
 
 Contact contact(const VertexPiece& v, const CutterShape& cutter, double x, double y) {
-  const double rho = std::hypot(x - v.x, y - v.y);
+  const double rho = std::sqrt((x - v.x) * (x - v.x) + (y - v.y) * (y - v.y));
   if (rho > cutter.radius() * (1 + 1e-12)) return {};
   return {v.z - cutter.height(rho), v.x, v.y};
 }

@@ -32,6 +32,7 @@ struct EdgePiece {
   double dx = 1, dy = 0;       // unit direction in plan
   double length = 0;           // in plan, > 0
   double slope = 0;            // dz a plan length
+  double stretch = 1;          // length in space a plan length, sqrt(1 + slope²)
   double u0 = 0, u1 = 0, w0 = 0, w1 = 0;
   bool border = false;  // the surface ends here: the top of a wall, or of nothing
 };

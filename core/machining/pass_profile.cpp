@@ -41,7 +41,7 @@ void chords(const At& at, const Sample& p, const Sample& q, double chord, std::u
 // Slope of the height along x while the contact stays: at the best contact this is the slope of the
 // best height (envelope theorem).
 double slope_of_fixed(const CutterShape& cutter, double x, double y, const Contact& c) {
-  const double ox = c.x - x, rho = std::hypot(ox, c.y - y);
+  const double ox = c.x - x, oy = c.y - y, rho = std::sqrt(ox * ox + oy * oy);
   const double d = rho - cutter.flat();
   if (d <= 0 || rho <= 0) return 0;
   const double below = (cutter.corner() - d) * (cutter.corner() + d);
@@ -150,18 +150,18 @@ void merge(std::span<const ProfileSegment> a, std::span<const ProfileSegment> b,
       continue;
     }
     const double infinite = std::numeric_limits<double>::infinity();
-    const double ax = i < a.size() ? std::fmax(a[i].x0, x) : infinite;
-    const double bx = j < b.size() ? std::fmax(b[j].x0, x) : infinite;
+    const double ax = i < a.size() ? std::max(a[i].x0, x) : infinite;
+    const double bx = j < b.size() ? std::max(b[j].x0, x) : infinite;
     if (ax < bx) {
-      const double end = std::fmin(a[i].x1, bx);
+      const double end = std::min(a[i].x1, bx);
       emit(a[i], ax, end, out, run);
       x = end;
     } else if (bx < ax) {
-      const double end = std::fmin(b[j].x1, ax);
+      const double end = std::min(b[j].x1, ax);
       emit(b[j], bx, end, out, run);
       x = end;
     } else {
-      const double end = std::fmin(a[i].x1, b[j].x1);
+      const double end = std::min(a[i].x1, b[j].x1);
       const double d0 = height_at(a[i], ax) - height_at(b[j], ax);
       const double d1 = height_at(a[i], end) - height_at(b[j], end);
       if (d0 >= 0 && d1 >= 0) {
