@@ -101,7 +101,7 @@ void PointDrop::pieces_along(const Vec2& a, const Vec2& b, double floor,
   }
 }
 
-double PointDrop::at(double x, double y) const {
+double PointDrop::at(double x, double y, double enough) const {
   if (!(x >= extent_.x0 && x <= extent_.x1 && y >= extent_.y0 && y <= extent_.y1)) {
     return kNoContact;
   }
@@ -137,6 +137,7 @@ double PointDrop::at(double x, double y) const {
       z = contact(v, cutter, x, y).z;
     }
     if (z > best) best = z;
+    if (best >= enough) break;
   }
   return best;
 }

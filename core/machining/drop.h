@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "core/machining/offset_surface.h"
@@ -15,8 +16,10 @@ class PointDrop {
   // Needs: `offset` outlives it.
   explicit PointDrop(const OffsetSurface& offset);
 
-  // Tip height over a plan point of the offset's frame. May be called from several threads.
-  [[nodiscard]] double at(double x, double y) const;
+  // Tip height over a plan point of the offset's frame; where it is `enough` or more, some height
+  // from there on. May be called from several threads.
+  [[nodiscard]] double at(double x, double y,
+                          double enough = std::numeric_limits<double>::infinity()) const;
 
   // Appends the pieces that reach the plan segment from a to b and can lift the tip above `floor`,
   // each at least once.

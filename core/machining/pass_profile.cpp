@@ -229,12 +229,38 @@ void UpperEnvelope::take(std::vector<ProfileSegment>& segments) {
     if (p.x1 != q.x1) return p.x1 < q.x1;
     return p.piece < q.piece;
   });
-  // Runs that follow each other need no merging: chains of chords and of neighbouring facets.
+  // Into as few chains of segments that follow each other as there are segments over one place at
+  // most: each goes on the chain that ended first, or begins one. Then by twos.
+  const auto later = [](const Chain& p, const Chain& q) {
+    return p.end != q.end ? p.end > q.end : p.index > q.index;
+  };
+  open_.clear();
+  chain_of_.clear();
   ends_.clear();
-  for (std::size_t k = 1; k < segments.size(); ++k) {
-    if (segments[k].x0 < segments[k - 1].x1) ends_.push_back(k);
+  for (const ProfileSegment& s : segments) {
+    if (open_.empty() || open_.front().end > s.x0) {
+      open_.push_back({s.x1, static_cast<std::uint32_t>(ends_.size())});
+      ends_.push_back(0);
+    } else {
+      std::pop_heap(open_.begin(), open_.end(), later);
+      open_.back().end = s.x1;
+    }
+    const std::uint32_t chain = open_.back().index;
+    chain_of_.push_back(chain);
+    ++ends_[chain];
+    std::push_heap(open_.begin(), open_.end(), later);
   }
-  ends_.push_back(segments.size());
+  if (ends_.size() > 1) {
+    other_.resize(segments.size());
+    std::size_t sum = 0;
+    for (std::size_t& end : ends_) {
+      const std::size_t size = end;
+      end = sum;
+      sum += size;
+    }
+    for (std::size_t k = 0; k < segments.size(); ++k) other_[ends_[chain_of_[k]]++] = segments[k];
+    segments.swap(other_);
+  }
   while (ends_.size() > 1) {
     other_.clear();
     next_ends_.clear();

@@ -53,7 +53,13 @@ class UpperEnvelope {
   void take(std::vector<ProfileSegment>& segments);
 
  private:
+  struct Chain {
+    double end = 0;
+    std::uint32_t index = 0;
+  };
   std::vector<ProfileSegment> other_;
+  std::vector<Chain> open_;  // a heap, the one that ends first on top
+  std::vector<std::uint32_t> chain_of_;
   std::vector<std::size_t> ends_, next_ends_;
 };
 

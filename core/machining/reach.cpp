@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/machining/reach.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -17,6 +19,13 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
   const double step = std::sqrt(width * depth / static_cast<double>(samples));
   const auto nx = static_cast<std::size_t>(std::fmax(1, std::round(width / step)));
   const auto ny = static_cast<std::size_t>(std::fmax(1, std::round(depth / step)));
+  constexpr std::size_t kHeadings = 16;
+  constexpr int kRings = 6;
+  std::array<Vec2, kHeadings> headings;
+  for (std::size_t h = 0; h < kHeadings; ++h) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(h) / kHeadings;
+    headings[h] = Vec2(std::cos(angle), std::sin(angle));
+  }
   std::vector<UnreachableArea> rows(ny);
   parallel_blocks(ny, 4, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -29,18 +38,20 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
         const double flat = cc->n.head<2>().norm();
         const double shift = cutter.corner() + (flat > 1e-12 ? cutter.flat() / flat : 0);
         const double tip = cc->z + cutter.corner() * (cc->n.z() - 1);
-        const double at = drop.at(x + shift * cc->n.x(), y + shift * cc->n.y());
-        if (at <= tip + tolerance) continue;
+        const double allowed = tip + tolerance;
+        const double at = drop.at(x + shift * cc->n.x(), y + shift * cc->n.y(),
+                                  std::nextafter(allowed, std::numeric_limits<double>::infinity()));
+        if (at <= allowed) continue;
         // What the cutter leaves over (x, y) from here, from right above, and from around.
         double stays = drop.at(x, y) - cc->z;
-        constexpr int kHeadings = 16, kRings = 6;
-        for (int h = 0; h < kHeadings; ++h) {
-          const double angle = 2 * std::numbers::pi * h / kHeadings;
-          for (int r = 1; r <= kRings; ++r) {
+        for (std::size_t h = 0; h < kHeadings; ++h) {
+          for (int r = 1; r <= kRings && stays > tolerance; ++r) {
             const double rho = cutter.radius() * r / kRings;
-            const double tip_there = drop.at(x + rho * std::cos(angle), y + rho * std::sin(angle));
+            const double lift = cutter.height(rho) - cc->z;
+            const double tip_there =
+                drop.at(x + rho * headings[h].x(), y + rho * headings[h].y(), stays - lift);
             if (tip_there == kNoContact) continue;
-            stays = std::fmin(stays, tip_there + cutter.height(rho) - cc->z);
+            stays = std::min(stays, tip_there + lift);
           }
         }
         if (!(stays > tolerance)) continue;

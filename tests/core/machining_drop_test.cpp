@@ -146,6 +146,26 @@ TEST(PointDrop, SlopeLiftsByTheOffset) {
   EXPECT_NEAR(PointDrop(bull).at(10, 10), 7.5 + 1 * (slope - 1) + 2 * 0.75, 1e-13);
 }
 
+TEST(PointDrop, StopsOnlyAtHeightsThatAreEnough) {
+  const TriangleMesh mesh = bumpy(3, 9, false);
+  for (const Case& c : kCutters) {
+    const OffsetSurface offset(mesh, shape(c.diameter, c.corner), 0);
+    const PointDrop drop(offset);
+    Random random(11);
+    for (int k = 0; k < 200; ++k) {
+      const double x = random.uniform(-2, 12), y = random.uniform(-2, 12);
+      const double full = drop.at(x, y), enough = random.uniform(-1, 4);
+      const double stopped = drop.at(x, y, enough);
+      EXPECT_LE(stopped, full);
+      if (full >= enough) {
+        EXPECT_GE(stopped, enough);
+      } else {
+        EXPECT_EQ(stopped, full);
+      }
+    }
+  }
+}
+
 TEST(DropLattice, EqualsSinglePoints) {
   for (const Case& c : kCutters) {
     const CutterShape cutter = shape(c.diameter, c.corner);
