@@ -37,6 +37,7 @@ Result<VerifyOptions> verify_options(const CheckRequest& request, const ToolPath
       request.outtol.value_or(path.outtol > 0 ? path.outtol : m.outtol.value_or(m.tolerance));
   how.cusp = request.cusp ? request.cusp : m.cusp;
   how.spacing = request.spacing;
+  how.path_deviation = path.arc_height;
   return how;
 }
 

@@ -96,6 +96,7 @@ void to_unit(ToolPath& path, LengthUnit unit) {
     path.cutter = Cutter{path.cutter->diameter * scale, path.cutter->corner_radius * scale};
   path.intol *= scale;
   path.outtol *= scale;
+  path.arc_height *= scale;
 }
 
 }  // namespace diesink

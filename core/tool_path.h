@@ -37,6 +37,7 @@ struct ToolPath {
   double feed = 0, spindle = 0;
   double clearance = 0;
   int tool_number = 1;
+  double arc_height = 0;  // no point of an arc lies farther than this from its chords, as read
   std::vector<ClPoint> points;
 };
 

@@ -61,7 +61,7 @@ Status write_path(const ToolPath& path, PathFormat format, const PathWriteOption
 
 // Reads a path of any of the formats. Empty where there was an error; errors (at most 20) and
 // warnings with line and column. Never throws for bad data. What a statement changes that this
-// program does not model (arcs, tilted axes, variables) is an error, never passed over; words
+// program does not model (tilted axes, cycles, variables) is an error, never passed over; words
 // without motion are. A path is in its file's unit; the cutter is the file's, where it states one.
 std::optional<ToolPath> read_path(std::string_view text, const std::string& file_name,
                                   PathFormat format, Diagnostics& diagnostics);

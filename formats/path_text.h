@@ -64,6 +64,9 @@ class PathLines {
   void error(std::size_t column, std::string message) {
     diagnostics_.error(std::move(message), place(column), std::string(line_.substr(0, 200)));
   }
+  void error(const Place& place, std::string message) {
+    diagnostics_.error(std::move(message), place, {});
+  }
   void warning(std::size_t column, std::string message) {
     diagnostics_.warning(std::move(message), place(column), std::string(line_.substr(0, 200)));
   }

@@ -145,6 +145,7 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
   for (const Vec3& p : mesh.positions) top = std::fmax(top, p.z());
 
   const double joined = kJoinedPart * (options.intol + options.outtol);
+  const double off = joined + options.path_deviation;  // the moves looked at, from the path
   GougeSearch search(mesh, *cutter);
   SweptHeights swept(*cutter, lattice, heights.z);
   MoveCounter counter(top, report);
@@ -178,7 +179,7 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
   report.max_gouge = worse.depth;
   report.max_gouge_at = worse.at;
   report.bound =
-      std::fmax(0, std::fmax(gouge.bound + deviation, on_surface.bound) + joined - worse.depth);
+      std::fmax(0, std::fmax(gouge.bound + deviation, on_surface.bound) + off - worse.depth);
 
   const LatticeCheck check(surface, *cutter, lattice, heights, search, deviation, options);
   report.columns = lattice.columns;
@@ -216,7 +217,7 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     }
   }
   report.max_excess = std::fmax(0, excess);
-  report.excess_bound = std::fmax(0, bound + joined - report.max_excess);
+  report.excess_bound = std::fmax(0, bound + off - report.max_excess);
   report.proven_part = cells > 0 ? static_cast<double>(proven) / static_cast<double>(cells) : 0;
   report.cusp_p50 = percentile(cusps, 0.5);
   report.cusp_p99 = percentile(cusps, 0.99);

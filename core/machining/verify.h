@@ -19,6 +19,7 @@ namespace diesink {
 struct VerifyOptions {
   Cutter cutter;
   double intol = 0, outtol = 0;
+  double path_deviation = 0;  // of the moves from what they stand for: chords of arcs
   std::optional<double> cusp;
   std::optional<double> spacing;  // of the lattice of cusps; default an eightieth of the diameter
   int threads = 0;                // 0 = all cores

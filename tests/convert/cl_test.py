@@ -1,6 +1,7 @@
 """cl and verify from end to end; G-code through LinuxCNC's own interpreter."""
 # SPDX-License-Identifier: Apache-2.0
 import json
+import math
 import os
 import pathlib
 import re
@@ -8,7 +9,7 @@ import shutil
 import subprocess
 import unittest
 
-from program import BAD_INPUT, BALL, DONE, FIG6, NOT_KEPT, WRONG_USAGE, CommandLineTest
+from program import BAD_INPUT, BALL, DONE, FIG6, NOT_KEPT, SOURCE, WRONG_USAGE, CommandLineTest
 
 MACHINED = BALL.format(extra="CUTTER,4,2\nCUSP,0.05\nTOLER,0.02\nFEDRAT,700\nSPINDL,9000\n")
 
@@ -81,6 +82,22 @@ class Cl(CommandLineTest):
         self.assertGreater(json.loads(done.stdout)["max_gouge"], 0.03)
         self.run_program("verify", part, "a.csv", "--cutter", "6,3", "--quiet", status=NOT_KEPT)
 
+    def test_paths_in_the_words_of_other_systems(self):
+        # Down, to the boss, round it, back: all of them the same (fixtures/paths/README.md).
+        length = 12 + 12 + 2 * math.pi * 13 + 12
+        paths = SOURCE / "fixtures/paths"
+        files = [path for path in sorted(paths.iterdir()) if path.suffix not in (".part", ".md")]
+        self.assertGreaterEqual(len(files), 6)
+        for path in files:
+            found = json.loads(self.run_program("verify", paths / "boss.part", path, "--cutter", "6,0", "--json").stdout)
+            self.assertAlmostEqual(found["length"], length, delta=1e-3, msg=path.name)
+            # The chords may cut in by their height, 0.0001.
+            self.assertLess(found["max_gouge"], 2e-4, path.name)
+            self.assertGreater(found["bound"], 1e-4, path.name)
+            # Clean is a ring of the cutter's width at the foot of the boss, and the way to it.
+            ring = math.pi * (16 ** 2 - 10 ** 2) + 6 * 10 + math.pi * 9 / 2
+            self.assertAlmostEqual(found["uncut_area"], 60 * 40 - ring, delta=25, msg=path.name)
+
     def test_a_map_is_a_picture(self):
         part = self.write("ball.part", MACHINED)
         self.run_program("cl", part, "-o", "a.apt")
@@ -148,6 +165,37 @@ class LinuxCnc(CommandLineTest):
                 self.assertEqual(kind, motion)
                 for p, q in zip(a, b):
                     self.assertAlmostEqual(p, q, delta=1.1e-4)
+
+    def test_arcs_are_read_as_the_interpreter_reads_them(self):
+        ready = interpreter()
+        if ready is None:
+            self.skipTest("rs274 is not there")
+        program, environment = ready
+        self.write("tool.tbl", "T1 P1 Z0 D10\n")
+        paths = SOURCE / "fixtures/paths"
+        for path in sorted(paths.glob("*.nc")):
+            done = subprocess.run([program, "-t", "tool.tbl", "-g", path], cwd=self.folder, env=environment,
+                                  capture_output=True, text=True, timeout=60)
+            self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+            unit = 25.4 if "CANON_UNITS_INCHES" in done.stdout else 1
+            at, length, arcs = (0, 0, 0), 0, 0
+            for kind, text in re.findall(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED|ARC_FEED)\(([^)]*)\)", done.stdout):
+                v = [unit * float(word) for word in text.split(",")]
+                if kind == "ARC_FEED":
+                    to, center, turns = (v[0], v[1], v[5]), v[2:4], v[4] / unit
+                    start, end = (math.atan2(p[1] - center[1], p[0] - center[0]) for p in (at, to))
+                    angle = (end - start) % (2 * math.pi) if turns > 0 else (start - end) % (2 * math.pi)
+                    flat = math.dist(at[:2], center) * (angle + 2 * math.pi * (abs(turns) - 1))
+                    length += math.hypot(flat, to[2] - at[2])
+                    arcs += 1
+                else:
+                    to = tuple(v[:3])
+                    length += math.dist(at, to) if kind == "STRAIGHT_FEED" else 0
+                at = to
+            self.assertEqual(arcs, 2)
+            found = json.loads(self.run_program("verify", paths / "boss.part", path, "--cutter", "6,0", "--json").stdout)
+            # The interpreter prints four decimals.
+            self.assertAlmostEqual(found["length"], length, delta=2e-4 * unit * 8, msg=path.name)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <locale>
+#include <numbers>
 #include <span>
 
 #include "tests/support/random_program.h"
@@ -150,7 +151,8 @@ TEST(PathFile, AptKeepsToItsCard) {
 TEST(PathFile, GcodeHead) {
   const std::string text = text_of(sample(), PathFormat::kGcode);
   EXPECT_NE(
-      text.find("\nG17 G21 G40 G49 G54 G80 G90 G94\nG64 P0.001 Q0\nT1 M6\nS12000 M3\nF800\nG0 Z30\n"),
+      text.find(
+          "\nG17 G21 G40 G49 G54 G80 G90 G94\nG64 P0.001 Q0\nT1 M6\nS12000 M3\nF800\nG0 Z30\n"),
       std::string::npos)
       << text;
   EXPECT_EQ(text.substr(text.size() - 6), "M5\nM2\n");
@@ -199,6 +201,101 @@ TEST(AptRead, DialectsOfOthers) {
   EXPECT_EQ(cards->points.size(), 2u);
 }
 
+// The length of the cutting moves, and the largest distance of their points and middles from the
+// circle about `center` in the plane square to axis n.
+struct Round {
+  double length = 0, off = 0;
+};
+Round round_of(const ToolPath& path, const Vec3& center, double radius, int n) {
+  Round out;
+  const auto off = [&](Vec3 p) {
+    p -= center;
+    p[n] = 0;
+    return std::fabs(p.norm() - radius);
+  };
+  for (std::size_t k = 1; k < path.points.size(); ++k) {
+    const Vec3 &a = path.points[k - 1].tip, &b = path.points[k].tip;
+    if (path.points[k].motion != Motion::kFeed) continue;
+    out.length += (b - a).norm();
+    out.off = std::max({out.off, off(a), off(b), off((a + b) / 2)});
+  }
+  return out;
+}
+
+TEST(GcodeRead, ArcsBecomeChordsWithinTheHeightToldOfThem) {
+  struct Arc {
+    const char* text;
+    Vec3 center;
+    double radius, degrees, rise;
+    int normal;
+  };
+  const Arc cases[] = {
+      {"G17 G0 X10 Y0 Z5\nG3 X0 Y10 I-10 J0\n", {0, 0, 0}, 10, 90, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG2 X0 Y10 I-10 J0\n", {0, 0, 0}, 10, 270, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG3 X0 Y10 R10\n", {0, 0, 0}, 10, 90, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG2 X0 Y10 R-10\n", {0, 0, 0}, 10, 270, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG2 X0 Y10 R10\n", {10, 10, 0}, 10, 90, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG3 X0 Y10 R-10\n", {10, 10, 0}, 10, 270, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG3 I-10\n", {0, 0, 0}, 10, 360, 0, 2},
+      {"G17 G0 X10 Y0 Z5\nG3 I-10 Z2 P3\n", {0, 0, 0}, 10, 1080, -3, 2},
+      {"G17 G0 X10 Y0 Z5\nG90.1 G3 X0 Y10 I0 J0 Z7\n", {0, 0, 0}, 10, 90, 2, 2},
+      {"G18 G0 X0 Y1 Z10\nG3 X10 Z0 I0 K-10\n", {0, 0, 0}, 10, 90, 0, 1},
+      {"G18 G0 X0 Y1 Z10\nG2 X-10 Z0 R10\n", {0, 0, 0}, 10, 90, 0, 1},
+      {"G19 G0 X1 Y10 Z0\nG3 Y0 Z10 J-10\n", {0, 0, 0}, 10, 90, 0, 0},
+      {"G90 G0 X10 Y0 Z5\nG91 N7 g3 x-10 y10 i-10 (left)\n", {0, 0, 0}, 10, 90, 0, 2},
+      {"O7\n%\nG20\nG0 X.5 Y0 Z1\nG3 X0 Y.5 R.5\n", {0, 0, 0}, 0.5, 90, 0, 2},
+      {"G0 X10 Y0 Z5\nG3 X0 Y10.005 I-10 J0\n", {0, 0, 0}, 10, 90, 0, 2}};
+  for (const Arc& arc : cases) {
+    const std::string text = arc.text;
+    std::string messages;
+    const auto path = read(text, PathFormat::kGcode, &messages);
+    ASSERT_TRUE(path) << text << messages;
+    const Round found = round_of(*path, arc.center, arc.radius, arc.normal);
+    const double flat = arc.radius * arc.degrees / 180 * std::numbers::pi;
+    // Chords are shorter than the arc by a 24th of the squared step.
+    EXPECT_NEAR(found.length, std::hypot(flat, arc.rise), 6e-3 * arc.radius / 10) << text;
+    EXPECT_LE(found.off, path->arc_height * (1 + 1e-9)) << text;
+    EXPECT_GT(path->arc_height, 0) << text;
+    EXPECT_LE(path->arc_height, 0.006) << text;
+  }
+}
+
+TEST(AptRead, ArcsTurnAsTheSystemsWriteThem) {
+  // A quarter or three of them from (10, 0) to (0, 10) about the origin.
+  struct Arc {
+    const char* text;
+    double degrees;
+  };
+  const Arc cases[] = {
+      {"GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\n", 90},
+      {"GOTO/10,0,0\nCIRCLE/0,0,0,0,0,-1,10\nGOTO/0,10,0,0,0,1\n", 270},
+      {"TOOL PATH/A,TOOL,B\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10,.06,.5,6,0\nGOTO/0,10,0\n", 270},
+      {"GOTO/10,0,0\nMOVARC/0,0,0,0,0,1,10,ANGLE,90\nGOTO/0,10,0\n", 90},
+      {"GOTO/10,0,0\nMOVARC/0,0,0,0,0,1,10,ANGLE,270\nGOTO/0,10,0\n", 270},
+      {"GOTO/10,0,0\nMOVARC/CENTER,0,0,0,AXIS,0,0,-1,RADIUS,10\nGOTO/0,10,0\n", 270},
+      {"GOTO/10,0,0\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,(LINE/0,0,0,0,10,0)\n", 90},
+      {"GOTO/10,0,0\nINDIRV/0,-1,0\nTLON,GOFWD/ (CIRCLE/ 0,0,0,$\n 10),ON,2,INTOF,$\n"
+       " (LINE/0,0,0,0,10,0)\n",
+       270},
+      {"$$* Pro/CLfile  Version 3.0\nGOTO / 10, 0, 0\nCIRCLE / 0, 0, 0, $\n 0, 0, -1, 10\n"
+       "GOTO / 0, -10, 0\nGOTO / -10, 0, 0\nGOTO / 0, 10, 0\n",
+       270}};
+  for (const Arc& arc : cases) {
+    std::string messages;
+    const auto path = read(arc.text, PathFormat::kApt, &messages);
+    ASSERT_TRUE(path) << arc.text << messages;
+    const Round found = round_of(*path, Vec3::Zero(), 10, 2);
+    EXPECT_NEAR(found.length, arc.degrees / 18 * std::numbers::pi, 6e-3) << arc.text;
+    EXPECT_LE(found.off, path->arc_height * (1 + 1e-9)) << arc.text;
+    EXPECT_EQ(path->points.back().tip, Vec3(0, 10, 0)) << arc.text;
+  }
+  // Elsewhere a circle ends at the next position, and what follows is straight.
+  const auto slot =
+      read("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGOTO/-10,0,0\nGOTO/10,0,0\n", PathFormat::kApt);
+  ASSERT_TRUE(slot);
+  EXPECT_NEAR(round_of(*slot, Vec3::Zero(), 10, 2).length, 10 * std::numbers::pi + 20, 6e-3);
+}
+
 TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
   struct Wrong {
     PathFormat format;
@@ -211,11 +308,42 @@ TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
       {PathFormat::kApt, "GOTO/1,2,nan\n", "1:10 'NAN' is not a number"},
       {PathFormat::kApt, "GOTO/1,2,3,1,0,0\n", "1:12 a tool axis that is not 0,0,1"},
       {PathFormat::kApt, "GOTOO/1,2,3\n", "1:1 unknown word 'GOTOO'; did you mean 'GOTO'?"},
-      {PathFormat::kApt, "CIRCLE/1,2,3,0,0,1,5\n", "1:1 CIRCLE is not supported"},
+      {PathFormat::kApt, "CIRCLE/1,2,3,0,0,1\n", "1:1 CIRCLE that is no arc"},
+      {PathFormat::kApt, "CIRCLE/0,0,0,0,0,1,5\nGOTO/5,0,0\n", "1:1 an arc needs a position"},
+      {PathFormat::kApt, "GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\n", "2:1 an arc without its end"},
+      {PathFormat::kApt, "GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,6,0\n",
+       "2:1 an arc that does not end on its circle: 6 from the centre"},
+      {PathFormat::kApt, "GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,120\nGOTO/0,5,0\n",
+       "2:1 an arc whose ANGLE is not that between its ends"},
+      {PathFormat::kApt, "GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5,TIMES,2\nGOTO/5,0,0\n",
+       "2:22 an arc of several turns"},
+      {PathFormat::kApt, "GOTO/5,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,0,5,0)\n",
+       "2:1 an arc needs a position and INDIRV"},
+      {PathFormat::kApt, "GOTO/5,0,0\nTLON,GOFWD/(PLANE/0,0,1,5)\n", "2:1 TLON in a form"},
+      {PathFormat::kApt, "TLAXIS/0.1,0,0.99\n", "1:8 a tool axis that is not 0,0,1"},
+      {PathFormat::kApt, "CUTTER/6,3\nGOTO/1,2,3\nGOTO/2,2,3\nCUTTER/4,2\n",
+       "4:1 the cutter changes within the path"},
+      {PathFormat::kApt, "MSYS/0,0,0\nGOTO/1,2,3\nMSYS/0,0,1\n",
+       "3:1 the coordinate system (MSYS) changes"},
+      {PathFormat::kApt, "GOTO/1,2,3\n4,5,6\n", "2:1 a statement that begins with a number"},
+      {PathFormat::kApt, "CUTCOM/LEFT\n", "1:1 compensation of the cutter"},
+      {PathFormat::kApt, "TRACUT/MATRIX\n", "1:1 TRACUT is not supported"},
       {PathFormat::kApt, "UNITS/FURLONG\n", "1:1 UNITS/ names no unit"},
       {PathFormat::kApt, "CUTTER/-6,3\n", "no cutter"},
       {PathFormat::kApt, "", "the file holds no tool path"},
-      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X3 Y4 I1 J1\n", "2:1 G2 is not supported"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X3 Y4 I1 J0\n", "2:13 an arc that begins 1 and ends"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X9 Y2 R3\n", "2:10 an arc whose ends lie 8 apart"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X1 Y2 R3\n",
+       "2:10 an arc by its radius that ends where"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG1 X3 Y4 I1\n", "2:10 I, J, K and R need G2 or G3"},
+      {PathFormat::kGcode, "G0 X1 Y2\nG2 X3 Y2 I1\n", "2:10 a cutting move from a position"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG91 G28 Z0\nG1 X2\n",
+       "3:4 a cutting move from a position"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG28 X0\n", "2:5 G28 by way of another position"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nT1 M6\nT2 M6\n", "3:1 the tool changes"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nG55\n", "2:1 the coordinate system"},
+      {PathFormat::kGcode, "G0 X1 Y2 Z3\nM98 P10\n", "2:1 subprograms"},
+      {PathFormat::kGcode, "G81 X1\n", "1:1 G81 is not supported"},
       {PathFormat::kGcode, "G1 X1\n", "a cutting move from a position that is not known"},
       {PathFormat::kGcode, "G0 X1 X2\n", "1:7 two X words"},
       {PathFormat::kGcode, "X1 Y2 Z3\n", "without a motion"},
