@@ -1,0 +1,32 @@
+// Memory for large arrays that are written once, front to back or all over.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+
+namespace diesink {
+
+// Bytes that nothing has written yet, in large pages where the system has them: a fault fetches 2
+// MB in place of 4 KB, and writes all over the array find their pages. Throws std::bad_alloc.
+struct LargeMemoryDeleter {
+  void operator()(void* memory) const;
+};
+std::unique_ptr<void, LargeMemoryDeleter> large_memory(std::size_t bytes);
+
+// `count` values that nothing has set yet.
+template <class T>
+class LargeArray {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+ public:
+  LargeArray() = default;
+  explicit LargeArray(std::size_t count) : memory_(large_memory(count * sizeof(T))) {}
+  [[nodiscard]] T* data() const { return static_cast<T*>(memory_.get()); }
+
+ private:
+  std::unique_ptr<void, LargeMemoryDeleter> memory_;
+};
+
+}  // namespace diesink
