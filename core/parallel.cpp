@@ -13,11 +13,25 @@ namespace diesink {
 namespace {
 
 thread_local const ProgressSpan* innermost_span = nullptr;
+const std::function<void(double)> nobody;
 
 }  // namespace
 
 ProgressSpan::ProgressSpan(const std::function<void(double)>& told, double low, double high)
     : told_(told), low_(low), high_(high), outer_(std::exchange(innermost_span, this)) {}
+
+ProgressSpan::ProgressSpan(double low, double high)
+    : told_(innermost_span != nullptr ? innermost_span->told_ : nobody),
+      low_(low),
+      high_(high),
+      outer_(innermost_span) {
+  if (outer_ != nullptr) {
+    const double whole = outer_->high_ - outer_->low_;
+    low_ = outer_->low_ + whole * low;
+    high_ = outer_->low_ + whole * high;
+  }
+  innermost_span = this;
+}
 
 ProgressSpan::~ProgressSpan() { innermost_span = outer_; }
 

@@ -17,6 +17,8 @@ int thread_count(int asked);
 class ProgressSpan {
  public:
   ProgressSpan(const std::function<void(double)>& told, double low, double high);
+  // A part of this thread's innermost span.
+  ProgressSpan(double low, double high);
   ProgressSpan(const ProgressSpan&) = delete;
   ProgressSpan& operator=(const ProgressSpan&) = delete;
   ~ProgressSpan();

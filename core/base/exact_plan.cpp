@@ -7,6 +7,16 @@
 namespace diesink {
 
 int exact_turn(double ax, double ay, double bx, double by, double cx, double cy) {
+  // Most of what a filter leaves open lies on a lattice, where all differences are exact: then two
+  // products of two words each tell.
+  const TwoWords acx = two_difference(ax, cx), bcy = two_difference(by, cy),
+                 acy = two_difference(ay, cy), bcx = two_difference(bx, cx);
+  if (acx.low == 0 && bcy.low == 0 && acy.low == 0 && bcx.low == 0) {
+    const TwoWords left = two_product(acx.high, bcy.high), right = two_product(acy.high, bcx.high);
+    // Rounding keeps the order.
+    if (left.high != right.high) return left.high > right.high ? 1 : -1;
+    return left.low != right.low ? (left.low > right.low ? 1 : -1) : 0;
+  }
   // The determinant multiplied out: six products of given numbers, of two words each, which no
   // rounding touches. Grown into one expansion its largest part has the sign of the sum.
   const std::array<TwoWords, 6> products{two_product(ax, by),  two_product(-ax, cy),

@@ -236,10 +236,14 @@ void ScannedSurface::make_vertex_normals() {
   }
 }
 
-Vec3 ScannedSurface::normal(const BaseHit& hit, double x, double y) const {
-  const Vec3 facet = Vec3(-hit.zx, -hit.zy, 1).normalized();
+Vec3 ScannedSurface::normal(std::uint32_t face, double x, double y) const {
+  ScannedTriangle plane;
+  if (!triangle(face, plane)) return Vec3::UnitZ();
+  // The operations of rows and grids.
+  const double up = 1 / std::sqrt((plane.zx * plane.zx + plane.zy * plane.zy) + 1);
+  const Vec3 facet(-plane.zx * up, -plane.zy * up, up);
   if (!smooth()) return facet;
-  const std::array<std::uint32_t, 3>& t = triangles_[hit.face];
+  const std::array<std::uint32_t, 3>& t = triangles_[face];
   const Vec3 &a = positions_[t[0]], &b = positions_[t[1]], &c = positions_[t[2]];
   const auto area = [](double px, double py, double qx, double qy) { return px * qy - py * qx; };
   const double whole = area(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());

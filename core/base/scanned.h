@@ -80,9 +80,9 @@ class ScannedSurface {
   // The border edges that reach into the box, by number, not more than `most` of them.
   void border_over(const PlanBox& box, std::size_t most, std::vector<std::uint32_t>& edges) const;
 
-  // The unit normal, upward, for CC-data at a hit: the facet's, or with NORMALS,SMOOTH the one
-  // blended over the facet from its vertices.
-  [[nodiscard]] Vec3 normal(const BaseHit& hit, double x, double y) const;
+  // The unit normal, upward, for CC-data at a point of a triangle: the facet's, or with
+  // NORMALS,SMOOTH the one blended over the facet from its vertices.
+  [[nodiscard]] Vec3 normal(std::uint32_t face, double x, double y) const;
   [[nodiscard]] bool smooth() const { return !vertex_normals_.empty(); }
 
   // A mark for each triangle that has part of its plan in common with another: layers over one

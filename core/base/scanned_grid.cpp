@@ -84,8 +84,8 @@ struct TileRange {
   static constexpr unsigned kTileBits = 24, kMoreBits = 4;
   static constexpr std::uint32_t kMostMore = (1u << kMoreBits) - 1;
 };
-// All ones are left for kNone and kMany.
-constexpr std::size_t kMostTiles = (std::size_t{1} << TileRange::kTileBits) - 2;
+// A grid of 100 million points, the limit, in one column has the most tiles.
+static_assert(100'000'000 / kMostRows < (std::size_t{1} << TileRange::kTileBits) - 2);
 
 // Points of one tile while it is drawn. Labels are as wide as heights so that one mask serves both.
 struct TileBuffer {
@@ -565,10 +565,13 @@ class TileBins {
     const std::size_t chunks = (count + chunk - 1) / chunk;
     const LargeArray<scan_grid::TileRange> ranges(count);
     std::vector<std::uint32_t> counts(chunks * tiles, 0);
-    parallel_blocks(count, chunk, threads, [&](std::size_t begin, std::size_t end, int) {
-      HWY_DYNAMIC_DISPATCH(range_kernel)
-      (scene, begin, end, count, ranges.data(), counts.data() + begin / chunk * tiles);
-    });
+    {
+      const ProgressSpan span(0, 0.7);
+      parallel_blocks(count, chunk, threads, [&](std::size_t begin, std::size_t end, int) {
+        HWY_DYNAMIC_DISPATCH(range_kernel)
+        (scene, begin, end, count, ranges.data(), counts.data() + begin / chunk * tiles);
+      });
+    }
     std::vector<std::size_t> places(chunks * tiles);
     std::size_t total = 0;
     for (std::size_t t = 0; t < tiles; ++t) {
@@ -580,6 +583,7 @@ class TileBins {
     }
     start_[tiles] = total;
     binned_ = LargeArray<scan_grid::BinnedTriangle>(total);
+    const ProgressSpan span(0.7, 1);
     parallel_blocks(count, chunk, threads, [&](std::size_t begin, std::size_t end, int) {
       HWY_DYNAMIC_DISPATCH(sort_kernel)
       (scene, begin, end, ranges.data(), places.data() + begin / chunk * tiles, binned_.data());
@@ -624,7 +628,11 @@ void ScannedSurface::grid(std::span<const double> xs, std::span<const double> ys
   const std::size_t tile_columns = ((columns - 1) >> scene.column_bits) + 1,
                     tile_rows = ((rows - 1) >> scene.row_bits) + 1;
   scene.tile_columns = static_cast<std::uint32_t>(tile_columns);
-  const TileBins bins(scene, triangles_.size(), tile_columns * tile_rows, threads);
+  const TileBins bins = [&] {
+    const ProgressSpan span(0, 0.4);
+    return TileBins(scene, triangles_.size(), tile_columns * tile_rows, threads);
+  }();
+  const ProgressSpan span(0.4, 1);
   std::vector<std::unique_ptr<TileBuffer>> buffers(static_cast<std::size_t>(thread_count(threads)));
   parallel_blocks(
       tile_columns * tile_rows, 1, threads, [&](std::size_t tile, std::size_t, int worker) {

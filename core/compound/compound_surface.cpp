@@ -266,7 +266,7 @@ Vec3 CompoundSurface::Impl::normal(Label label, const Vec3& point) const {
     BaseHit hit;
     if (!base_at(point.x(), point.y(), hit)) return Vec3::UnitZ();
     const ScannedSurface* scan = std::get_if<ScannedSurface>(&base);
-    n = scan != nullptr ? scan->normal(hit, point.x(), point.y())
+    n = scan != nullptr ? scan->normal(hit.face, point.x(), point.y())
                         : Vec3(-hit.zx, -hit.zy, 1).normalized();
   } else {
     n = bodies[static_cast<std::size_t>(step.solid)].normal(

@@ -75,6 +75,12 @@ class CompoundSurface {
   // CC-data at (xs[i], y) for ascending xs. The same labels and heights as at() point by point.
   void row(double y, std::span<const double> xs, const CcRun& out) const;
 
+  // CC-data at (xs[i], ys[j]), both ascending: row() over all rows, and the same digits. A scan is
+  // drawn as a whole.
+  // Shape: arrays of xs.size() ys.size() values, row after row.
+  void grid(std::span<const double> xs, std::span<const double> ys, const CcRun& out,
+            int threads) const;
+
   [[nodiscard]] const PartProgram& program() const;
   [[nodiscard]] double size() const;  // largest absolute coordinate of domain, solids and base
   [[nodiscard]] double tie_tolerance() const;  // length, see above

@@ -10,6 +10,7 @@
 #include "core/compound/row_kernels.h"
 #include "core/compound/row_plan.h"
 #include "core/line_search.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -106,8 +107,11 @@ QuadricGradient gradient_of(const BodyLine& line) {
 // Evaluates one row; the states' labels become the answer's in write().
 class RowEvaluation {
  public:
-  RowEvaluation(const CompoundSurface::Impl& impl, double y, std::span<const double> xs)
-      : impl_(impl), y_(y), xs_(xs), search_(xs), work_(workspace()) {}
+  // `scan`, where it is given, holds what the row finds in the scan: heights, normals, and faces in
+  // the place of labels. write() may go to the same arrays.
+  RowEvaluation(const CompoundSurface::Impl& impl, double y, std::span<const double> xs,
+                const CcRun* scan = nullptr)
+      : impl_(impl), y_(y), xs_(xs), search_(xs), work_(workspace()), scan_(scan) {}
 
   void evaluate() {
     open();
@@ -177,7 +181,10 @@ class RowEvaluation {
   void evaluate_base() {
     base_done_ = true;
     work_.base_z.resize(xs_.size());
-    if (const PlaneSurface* plane = std::get_if<PlaneSurface>(&impl_.base)) {
+    if (scan_ != nullptr) {
+      std::copy_n(scan_->z, xs_.size(), work_.base_z.data());
+      work_.base_face.assign(scan_->label, scan_->label + xs_.size());
+    } else if (const PlaneSurface* plane = std::get_if<PlaneSurface>(&impl_.base)) {
       plane->row(y_, xs_, work_.base_z.data());
     } else if (const FergusonSurface* ferguson = std::get_if<FergusonSurface>(&impl_.base)) {
       work_.base_zx.resize(xs_.size());
@@ -219,6 +226,7 @@ class RowEvaluation {
     if (step.solid < 0 && !std::holds_alternative<PlaneSurface>(impl_.base)) {
       const ScannedSurface* scan = std::get_if<ScannedSurface>(&impl_.base);
       if (scan != nullptr && scan->smooth()) return smooth_normals(*scan, begin, end, out);
+      if (scan_ != nullptr) return scan_normals(begin, end, out);
       return slope_normals(work_.base_zx.data() + begin, work_.base_zy.data() + begin, end - begin,
                            out.nx + begin, out.ny + begin, out.nz + begin);
     }
@@ -235,12 +243,19 @@ class RowEvaluation {
   void smooth_normals(const ScannedSurface& scan, std::size_t begin, std::size_t end,
                       const CcRun& out) const {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 n = scan.normal({out.z[i], work_.base_zx[i], work_.base_zy[i], work_.base_face[i]},
-                                 xs_[i], y_);
+      const Vec3 n = scan.normal(work_.base_face[i], xs_[i], y_);
       out.nx[i] = n.x();
       out.ny[i] = n.y();
       out.nz[i] = n.z();
     }
+  }
+
+  // The facets' normals to where they do not stand yet.
+  void scan_normals(std::size_t begin, std::size_t end, const CcRun& out) const {
+    if (out.nx == scan_->nx) return;
+    std::copy(scan_->nx + begin, scan_->nx + end, out.nx + begin);
+    std::copy(scan_->ny + begin, scan_->ny + end, out.ny + begin);
+    std::copy(scan_->nz + begin, scan_->nz + end, out.nz + begin);
   }
 
   const CompoundSurface::Impl& impl_;
@@ -248,6 +263,7 @@ class RowEvaluation {
   std::span<const double> xs_;
   LineSearch search_;
   Workspace& work_;
+  const CcRun* scan_;
   std::size_t depth_ = 0;
   bool base_done_ = false;
   BodyRow constants_;
@@ -260,6 +276,38 @@ void CompoundSurface::row(double y, std::span<const double> xs, const CcRun& out
   RowEvaluation row(*impl_, y, xs);
   row.evaluate();
   row.write(out);
+}
+
+void CompoundSurface::grid(std::span<const double> xs, std::span<const double> ys, const CcRun& out,
+                           int threads) const {
+  const std::size_t columns = xs.size(), rows = ys.size();
+  if (columns == 0 || rows == 0) return;
+  const ScannedSurface* scan = std::get_if<ScannedSurface>(&impl_->base);
+  // A pass over all triangles is worth it unless few of them are met.
+  constexpr std::size_t kTrianglesPerPoint = 8;
+  const bool drawn =
+      scan != nullptr && scan->triangles().size() / kTrianglesPerPoint <= columns * rows &&
+      std::any_of(impl_->steps.begin(), impl_->steps.end(), [](const CompoundStep& s) {
+        return s.kind == BooleanStep::Kind::kTerm && s.solid < 0;
+      });
+  const double begin_of_rows = drawn ? 0.8 : 0;
+  if (drawn) {
+    const ProgressSpan span(0, begin_of_rows);
+    // What the scan shows stands where the answer will: no array besides.
+    scan->grid(xs, ys, {out.z, out.nx, out.ny, out.nz, out.label}, threads);
+  }
+  const ProgressSpan span(begin_of_rows, 1);
+  // Blocks of about 16 k points: many a thread, each long enough to be worth handing out.
+  const std::size_t block = std::max<std::size_t>(1, 16384 / columns);
+  parallel_blocks(rows, block, threads, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t j = begin; j < end; ++j) {
+      const std::size_t at = j * columns;
+      const CcRun to{out.z + at, out.nx + at, out.ny + at, out.nz + at, out.label + at};
+      RowEvaluation row(*impl_, ys[j], xs, drawn ? &to : nullptr);
+      row.evaluate();
+      row.write(to);
+    }
+  });
 }
 
 }  // namespace diesink

@@ -7,8 +7,6 @@
 #include <new>
 #include <string>
 
-#include "core/parallel.h"
-
 namespace diesink {
 namespace {
 
@@ -58,12 +56,7 @@ CcRun GridArray::row(std::size_t j) {
 }
 
 void fill_grid(const CompoundSurface& surface, GridArray& grid, int threads) {
-  // Blocks of about 16 k points: many a thread, each long enough to be worth handing out.
-  const std::size_t block =
-      std::max<std::size_t>(1, 16384 / std::max<std::size_t>(1, grid.columns()));
-  parallel_blocks(grid.rows(), block, threads, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t j = begin; j < end; ++j) surface.row(grid.y()[j], grid.x(), grid.row(j));
-  });
+  if (grid.size() > 0) surface.grid(grid.x(), grid.y(), grid.row(0), threads);
 }
 
 Result<GridArray> evaluate_grid(const CompoundSurface& surface, std::vector<double> x_lines,

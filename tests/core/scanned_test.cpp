@@ -125,6 +125,25 @@ TEST(ExactTurn, AgreesWithWholeNumbers) {
     ASSERT_EQ(exact_turn(d(ax), d(ay), d(bx), d(by), d(cx), d(cy)), sign);
   }
   EXPECT_GT(zeros, 0);
+  // Differences that no double holds: a and b far away on either side, c near where their line
+  // passes the origin, all in steps of 1/64.
+  std::uniform_int_distribution<std::int64_t> far(-(std::int64_t{1} << 52), std::int64_t{1} << 52);
+  std::uniform_int_distribution<std::int64_t> near(-2, 2);
+  zeros = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const std::int64_t ax = 64 * far(random), ay = 64 * far(random),
+                       bx = -ax + 64 * near(random) * (i % 2),
+                       by = -ay + 64 * near(random) * (i % 2);
+    const std::int64_t cx = near(random), cy = near(random) * (i % 3);
+    __extension__ using Wide = __int128;
+    const auto wide = [](std::int64_t v) { return static_cast<Wide>(v); };
+    const Wide det = (wide(ax) - cx) * (wide(by) - cy) - (wide(ay) - cy) * (wide(bx) - cx);
+    const int sign = det > 0 ? 1 : det < 0 ? -1 : 0;
+    zeros += sign == 0 ? 1 : 0;
+    const auto d = [](std::int64_t v) { return static_cast<double>(v) / 64; };
+    ASSERT_EQ(turn(d(ax), d(ay), d(bx), d(by), d(cx), d(cy)), sign);
+  }
+  EXPECT_GT(zeros, 0);
   // One last digit beside the diagonal, far beyond what rounded products tell.
   const double up = std::nextafter(0.5, 1);
   EXPECT_EQ(turn(0.5, 0.5, 12, 12, 24, 24), 0);
@@ -176,37 +195,94 @@ TEST(Scanned, NoPinholes) {
   for (int i = 0; i < 10'000'000; ++i) ASSERT_TRUE(scan.at(x(random), y(random), hit));
 }
 
+// Lines from `low` to `high`: even with a short last step, a lattice, uneven, or one alone.
+std::vector<double> lines_of(int kind, double low, double high) {
+  std::vector<double> lines;
+  switch (kind) {
+    case 0:
+      lines = grid_lines(low, high, 0.173);
+      break;
+    case 1:
+      lines = grid_lines(std::round(low), std::round(high), 0.25);
+      break;
+    case 2:
+      for (double at = low; at < high; at += 0.02 + 0.1 * std::fabs(at)) lines.push_back(at);
+      break;
+    case 3:  // far finer than the triangles
+      lines = grid_lines(0.25 * low, 0.25 * high, 0.011);
+      break;
+    default:
+      lines = {0.5 * (low + high)};
+      break;
+  }
+  return lines;
+}
+
+bool same(double a, double b) { return (std::isnan(a) && std::isnan(b)) || a == b; }
+
 TEST(Scanned, RowsAndGridsHaveTheSameDigitsAsPoints) {
-  for (const bool relief : {true, false}) {
-    const ScannedSurface scan = scan_of(relief ? shaken_relief(40, 3) : soup(400, 9));
-    std::vector<double> xs, ys;
-    for (int i = 0; i <= 240; ++i) xs.push_back(-14 + 0.25 * i);
-    for (int j = 0; j <= 130; ++j) ys.push_back(-14 + 0.5 * j - (j == 130 ? 0.1 : 0));
-    const std::size_t n = xs.size() * ys.size();
-    std::vector<double> z(n), nx(n), ny(n), nz(n), row_z(xs.size()), zx(xs.size()), zy(xs.size());
-    std::vector<std::uint32_t> face(n), row_face(xs.size());
-    for (const int threads : {1, 3}) {
-      scan.grid(xs, ys, {z.data(), nx.data(), ny.data(), nz.data(), face.data()}, threads);
-      for (std::size_t j = 0; j < ys.size(); ++j) {
-        scan.row(ys[j], xs, row_z.data(), zx.data(), zy.data(), row_face.data());
-        for (std::size_t i = 0; i < xs.size(); ++i) {
-          const std::size_t k = j * xs.size() + i;
-          BaseHit hit;
-          if (!scan.at(xs[i], ys[j], hit)) {
-            ASSERT_TRUE(std::isnan(z[k]) && std::isnan(row_z[i]));
-            ASSERT_TRUE(face[k] == kNoFace && row_face[i] == kNoFace && nz[k] == 0);
-            continue;
+  for (const int base : {0, 1, 2}) {
+    const ScannedSurface scan = scan_of(base == 0   ? shaken_relief(40, 3)
+                                        : base == 1 ? shaken_relief(400, 5)
+                                                    : soup(400, 9));
+    for (const int kind : {0, 1, 2, 3, 4}) {
+      const std::vector<double> xs = lines_of(kind, -14, 46), ys = lines_of(4 - kind, -14, 50);
+      const std::size_t n = xs.size() * ys.size();
+      std::vector<double> z(n), nx(n), ny(n), nz(n), row_z(xs.size()), zx(xs.size()), zy(xs.size());
+      std::vector<std::uint32_t> face(n), row_face(xs.size());
+      for (const int threads : {1, 3}) {
+        std::fill(z.begin(), z.end(), 1e9);
+        scan.grid(xs, ys, {z.data(), nx.data(), ny.data(), nz.data(), face.data()}, threads);
+        for (std::size_t j = 0; j < ys.size(); ++j) {
+          scan.row(ys[j], xs, row_z.data(), zx.data(), zy.data(), row_face.data());
+          for (std::size_t i = 0; i < xs.size(); ++i) {
+            const std::size_t k = j * xs.size() + i;
+            ASSERT_TRUE(same(z[k], row_z[i])) << xs[i] << ' ' << ys[j];
+            ASSERT_EQ(face[k], row_face[i]);
+            if (j % 3 != 0) continue;
+            BaseHit hit;
+            if (!scan.at(xs[i], ys[j], hit)) {
+              ASSERT_TRUE(std::isnan(z[k]));
+              ASSERT_TRUE(face[k] == kNoFace && nz[k] == 0);
+              continue;
+            }
+            ASSERT_EQ(z[k], hit.z);
+            ASSERT_EQ(face[k], hit.face);
+            ASSERT_EQ(zx[i], hit.zx);
+            ASSERT_EQ(zy[i], hit.zy);
+            ASSERT_EQ(scan.normal(hit.face, xs[i], ys[j]), Vec3(nx[k], ny[k], nz[k]));
           }
-          ASSERT_EQ(z[k], hit.z);
-          ASSERT_EQ(row_z[i], hit.z);
-          ASSERT_EQ(face[k], hit.face);
-          ASSERT_EQ(row_face[i], hit.face);
-          ASSERT_EQ(zx[i], hit.zx);
-          ASSERT_EQ(zy[i], hit.zy);
-          const Vec3 normal = scan.normal(hit, xs[i], ys[j]);
-          ASSERT_NEAR((normal - Vec3(nx[k], ny[k], nz[k])).norm(), 0, 1e-15);
         }
       }
+    }
+  }
+}
+
+TEST(Scanned, GridsMeetEdgesAndVerticesOnTheirLines) {
+  // Every line runs through vertices and along edges: nothing is left out, and shared points go to
+  // the lowest number.
+  const std::uint32_t n = 150;
+  const TriangleMesh mesh = test::height_mesh(
+      0, n - 1, n, 0, n - 1, n, [](double x, double y) { return std::sin(x) * std::cos(0.3 * y); });
+  const ScannedSurface scan = scan_of(mesh);
+  const std::vector<double> lines = grid_lines(0, n - 1, 0.5);
+  const std::size_t count = lines.size() * lines.size();
+  std::vector<double> z(count), nx(count), ny(count), nz(count);
+  std::vector<std::uint32_t> face(count);
+  scan.grid(lines, lines, {z.data(), nx.data(), ny.data(), nz.data(), face.data()}, 2);
+  std::vector<std::uint32_t> lowest(mesh.positions.size(), kNoFace);
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+    for (const std::uint32_t v : mesh.triangles[f]) lowest[v] = std::min(lowest[v], f);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    ASSERT_FALSE(std::isnan(z[k])) << k;
+    const std::size_t i = k % lines.size(), j = k / lines.size();
+    if (i % 2 != 0 || j % 2 != 0) continue;
+    const std::size_t v = j / 2 * n + i / 2;
+    ASSERT_NEAR(z[k], mesh.positions[v].z(), 1e-13);
+    // Heights of the triangles around a vertex may differ in the last digit, and the topmost wins.
+    if (z[k] == mesh.positions[v].z()) {
+      ASSERT_GE(face[k], lowest[v]);
     }
   }
 }
@@ -327,8 +403,8 @@ TEST(Scanned, SmoothNormalsAreThoseOfTheSphere) {
       BaseHit hit;
       ASSERT_TRUE(smooth.at(x, y, hit));
       const Vec3 truth = Vec3(x, y, hit.z).normalized();
-      worst_smooth = std::fmax(worst_smooth, (smooth.normal(hit, x, y) - truth).norm());
-      worst_flat = std::fmax(worst_flat, (flat.normal(hit, x, y) - truth).norm());
+      worst_smooth = std::fmax(worst_smooth, (smooth.normal(hit.face, x, y) - truth).norm());
+      worst_flat = std::fmax(worst_flat, (flat.normal(hit.face, x, y) - truth).norm());
     }
   }
   EXPECT_LT(worst_smooth, 0.002);
@@ -377,7 +453,7 @@ TEST(Scanned, CompoundSurfaceOnAScan) {
     ASSERT_TRUE(row && point);
     ASSERT_EQ(row->z, point->z);
     ASSERT_EQ(row->surface, point->surface);
-    ASSERT_NEAR((row->n - point->n).norm(), 0, 1e-15);
+    ASSERT_NEAR((row->n - point->n).norm(), 0, row->surface == 0 ? 0 : 1e-15);
     BaseHit hit;
     ASSERT_TRUE(scan.at(x, y, hit));
     const double rest = 36 - (x - 10) * (x - 10) - (y - 20) * (y - 20);
@@ -387,6 +463,46 @@ TEST(Scanned, CompoundSurfaceOnAScan) {
   }
   EXPECT_GT(of_base, 1000);
   EXPECT_LT(of_base, static_cast<int>(grid->size()) - 100);
+}
+
+TEST(Scanned, GridsOfACompoundSurfaceHaveTheDigitsOfItsPoints) {
+  // Drawn as a whole, and row by row where few of the triangles are met; with the scan first,
+  // later, in a group or not at all, with smooth normals.
+  for (const char* const expression : {"B+S1-S2", "S1+B-S2", "S2+(B-S1)", "S1+S2"}) {
+    for (const char* const smooth : {"", "NORMALS,SMOOTH\n"}) {
+      const std::string text =
+          std::string(
+              "SOLID-DEF\nS1,SPHER,1\nP1,10,20,0\nRAD,6\nS2,SPHER,1\nP1,16,24,3\nRAD,5\n"
+              "BSURF-DEF\nMESH,scan.stl\n") +
+          smooth + "BOOLE-DEF\n" + expression + "\n";
+      const Result<CompoundSurface> surface =
+          CompoundSurface::make(test::program_of(text, "scan"), shaken_relief(80, 6));
+      ASSERT_TRUE(surface);
+      for (const double interval : {0.37, 9.0}) {
+        Result<GridArray> grid =
+            evaluate_grid(*surface, grid_lines(-9, 35, interval), grid_lines(0, 43, interval), 2);
+        ASSERT_TRUE(grid);
+        std::size_t there = 0;
+        for (std::size_t k = 0; k < grid->size(); ++k) {
+          const std::optional<CcDatum> a = grid->at(*surface, k),
+                                       b = surface->at(grid->x()[k % grid->columns()],
+                                                       grid->y()[k / grid->columns()]);
+          ASSERT_EQ(a.has_value(), b.has_value()) << expression << ' ' << k;
+          if (!a) {
+            ASSERT_EQ(grid->row(0).nz[k], 0);
+            continue;
+          }
+          ++there;
+          ASSERT_EQ(a->z, b->z);
+          ASSERT_EQ(a->row, b->row);
+          ASSERT_NEAR((a->n - b->n).norm(), 0, a->surface == 0 ? 0 : 1e-15);
+        }
+        if (interval < 1) {
+          EXPECT_GT(there, 500U);
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
