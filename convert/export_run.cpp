@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "convert/paths.h"
+#include "core/tessellate/tile_cuts.h"
 
 namespace diesink {
 namespace {
@@ -45,11 +46,19 @@ Exporter::Exporter(const ExportOptions& options, const CommonOptions& common,
 
 Status Exporter::make_all() {
   const auto& [columns, rows] = options_.tiles;
+  if (columns * rows > 1) cuts_ = tile_cuts(surface_, options_.tiles, made_tolerance());
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       if (Status made = make_tile({i, j}); !made) return made.error();
     }
   }
+  if (figures_.triangles == 0) {
+    return Error{ErrorCode::kInput,
+                 "no vertical line of the domain meets the surface: nothing to tessellate",
+                 {surface_.program().file}};
+  }
+  const Machining& m = surface_.program().machining;  // the domain, whatever of it is empty
+  figures_.surface.domain = {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
   return ok();
 }
 
@@ -85,25 +94,36 @@ std::string Exporter::summary() const {
   return text;
 }
 
+// What the files leave of the tolerance.
+double Exporter::made_tolerance() const {
+  return tolerance_ * (1 - share_for_files(targets_, options_.mesh, tolerance_, surface_.size()));
+}
+
 Status Exporter::make_tile(const std::array<int, 2>& tile) {
   progress_.next("tessellating");
   TessellationOptions how;
   how.scheme = options_.scheme;
   how.creases = options_.creases;
-  how.tolerance =
-      tolerance_ * (1 - share_for_files(targets_, options_.mesh, tolerance_, surface_.size()));
+  how.tolerance = made_tolerance();
   if (options_.feature_angle) how.feature_angle = *options_.feature_angle;
   how.solid = options_.solid;
   how.floor = options_.floor;
   how.tiles = options_.tiles;
   how.tile = tile;
+  if (cuts_) how.cuts = &*cuts_;
   how.threads = common_.threads;
   const double count = options_.tiles[0] * options_.tiles[1];
   const double before = tile[1] * options_.tiles[0] + tile[0];
   how.progress = [&](double part) { progress_.update((before + part) / count); };
   Result<Tessellation> made = tessellate(surface_, how);
   if (!made) return made.error();
-  add_tile(figures_, *made, before == 0);
+  if (made->mesh.triangles.empty()) {
+    notes_.emplace_back(surface_.program().file, "tile " + std::to_string(tile[0]) + "," +
+                                                     std::to_string(tile[1]) +
+                                                     " has no surface and no file");
+    return ok();
+  }
+  add_tile(figures_, *made, figures_.triangles == 0);
   figures_.surface.tolerance = tolerance_;
   Stopwatch watch;
   progress_.next("writing", {static_cast<double>(made->mesh.triangles.size()), "triangles"});

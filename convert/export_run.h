@@ -55,6 +55,7 @@ class Exporter {
   [[nodiscard]] std::string summary() const;
 
  private:
+  [[nodiscard]] double made_tolerance() const;
   Status make_tile(const std::array<int, 2>& tile);
   Status write_tile(const Tessellation& made, const std::array<int, 2>& tile);
 
@@ -63,6 +64,7 @@ class Exporter {
   const CompoundSurface& surface_;
   std::vector<MeshTarget> targets_;
   double tolerance_ = 0;
+  std::optional<TileCuts> cuts_;
   double written_deviation_ = 0;
   ExportReport figures_;
   OutputFiles files_;

@@ -196,6 +196,13 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
   std::vector<Open> open;
   const std::size_t stretches = arc.nodes.size() - 1;
   const bool is_scan_border = arc.border && is_scan(arc.left);
+  if (arc.seam) {  // the seam's own points, and no others
+    for (std::size_t k = 1; k < stretches; ++k) {
+      const double t = static_cast<double>(k);
+      out.push_back({t, point_at(a, t)});
+    }
+    return;
+  }
   ArcPoint last = end_of(a, false);
   for (std::size_t k = 0; k < stretches; ++k) {
     const double t0 = static_cast<double>(k), t1 = static_cast<double>(k + 1);
@@ -422,7 +429,8 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   SampledArc& arc = arcs[a];
   const std::uint32_t next = arc.samples[n].next;
   const double d = bound(a, arc.samples[n], arc.samples[next]);
-  if (d > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr) {
+  if (d > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr &&
+      !arrangement_.arcs[a].seam) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t
@@ -458,7 +466,7 @@ void ArcSamples::sample_all(int threads) {
   std::vector<std::vector<Trial>> trials(n);
   parallel_blocks(n, 4, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t a = begin; a < end; ++a) {
-      if (options_.grid_x != nullptr) {
+      if (options_.grid_x != nullptr && !arrangement_.arcs[a].seam) {
         sample_on_grid(static_cast<std::uint32_t>(a), trials[a]);
       } else if (!(arrangement_.arcs[a].border && arrangement_.arcs[a].left == kNoLabel)) {
         sample(static_cast<std::uint32_t>(a), trials[a]);
@@ -506,6 +514,17 @@ void ArcSamples::sample_all(int threads) {
     } else {
       append(junction(a, true), static_cast<double>(of.nodes.size() - 1));
     }
+  }
+  // Seams first: the chords of others make way for theirs.
+  std::vector<std::uint32_t> order;
+  for (const bool seam : {true, false}) {
+    for (std::uint32_t a = 0; a < n; ++a) {
+      if (arrangement_.arcs[a].seam == seam) order.push_back(a);
+    }
+  }
+  for (const std::uint32_t a : order) {
+    SampledArc& arc = arcs[a];
+    const PlanArc& of = arrangement_.arcs[a];
     const auto first_count = static_cast<std::uint32_t>(arc.samples.size());
     for (std::uint32_t k = 0; k < first_count; ++k) {
       const std::uint32_t after = arc.samples[k].next;
@@ -533,7 +552,7 @@ void ArcSamples::sample_all(int threads) {
 
 ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest) {
   const auto found = chords_.find(key(a, b));
-  if (found == chords_.end()) return {};
+  if (found == chords_.end() || arrangement_.arcs[found->second.arc].seam) return {};
   const Ref ref = found->second;
   SampledArc& arc = arcs[ref.arc];
   const std::uint32_t next = arc.samples[ref.sample].next;

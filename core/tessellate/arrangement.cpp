@@ -21,11 +21,12 @@ constexpr int kMaxDensity = 7;  // halvings of a stretch at most
 class ArcMaker {
  public:
   ArcMaker(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner,
-           Arrangement& out)
+           const std::array<const Seam*, 4>& seams, Arrangement& out)
       : surface_(surface),
         graph_(graph),
         domain_(domain),
         inner_(inner),
+        seams_(seams),
         out_(out),
         solver_(surface) {}
   void make();
@@ -40,6 +41,7 @@ class ArcMaker {
   void append_stretch(PlanArc& arc, std::uint32_t a, std::uint32_t b, const PlanCurve& curve,
                       int depth);
   void make_border();
+  void run_along_seam(const Seam& seam, bool ahead, PlanArc& arc);
   void make_regions();
   double area_of(const std::vector<ArcUse>& loop) const;
   bool contains(const std::vector<ArcUse>& loop, double x, double y) const;
@@ -48,6 +50,7 @@ class ArcMaker {
   CellGraph& graph_;
   const PlanBox& domain_;
   const PlanBox& inner_;
+  const std::array<const Seam*, 4>& seams_;
   Arrangement& out_;
   CurveSolver solver_;
   std::vector<std::uint32_t> plan_of_;       // plan node of a graph node, or kNone
@@ -67,6 +70,8 @@ std::uint32_t ArcMaker::plan_node(std::uint32_t g) {
   node.heights = from.heights;
   node.corner = from.corner;
   node.border = from.border;
+  node.seam =
+      from.border && from.side >= 0 && seams_[static_cast<std::size_t>(from.side)] != nullptr;
   node.solved = from.solved;
   if (from.border) {
     // The cells end a hair inside the domain, so that what only touches the border from outside is
@@ -153,6 +158,33 @@ void ArcMaker::walk(std::uint32_t start, std::uint32_t link) {
   out_.arcs.push_back(std::move(arc));
 }
 
+// The points of the seam between the two nodes of an arc, as kept nodes between them.
+void ArcMaker::run_along_seam(const Seam& seam, bool ahead, PlanArc& arc) {
+  arc.seam = true;
+  const std::uint32_t last = arc.nodes.back();
+  const auto along = [&](std::uint32_t n) {
+    return seam.axis == 0 ? out_.nodes[n].y : out_.nodes[n].x;
+  };
+  const double low = std::fmin(along(arc.nodes.front()), along(last));
+  const double high = std::fmax(along(arc.nodes.front()), along(last));
+  std::vector<std::uint32_t> nodes;
+  auto point = std::upper_bound(seam.points.begin(), seam.points.end(), low,
+                                [](double at, const SeamPoint& p) { return at < p.along; });
+  for (; point != seam.points.end() && point->along < high; ++point) {
+    if (point->change) continue;
+    PlanNode node;
+    node.x = seam.axis == 0 ? seam.at : point->along;
+    node.y = seam.axis == 0 ? point->along : seam.at;
+    node.heights = point->heights;
+    node.border = node.seam = node.kept = true;
+    nodes.push_back(static_cast<std::uint32_t>(out_.nodes.size()));
+    out_.nodes.push_back(std::move(node));
+  }
+  if (!ahead) std::reverse(nodes.begin(), nodes.end());
+  arc.nodes.insert(arc.nodes.end() - 1, nodes.begin(), nodes.end());
+  arc.curves.resize(arc.nodes.size() - 1);
+}
+
 void ArcMaker::make_border() {
   // Border nodes in the order of travel round the domain, from its lower left corner.
   struct Stop {
@@ -195,6 +227,8 @@ void ArcMaker::make_border() {
     node.x = xs[k];
     node.y = ys[k];
     node.border = node.corner = true;
+    node.seam = seams_[static_cast<std::size_t>(k)] != nullptr ||
+                seams_[static_cast<std::size_t>((k + 3) % 4)] != nullptr;
     if (state.label != kNoLabel) node.heights.push_back({state.label, state.z});
     stops.push_back({at[k], static_cast<std::uint32_t>(out_.nodes.size()), state.label, state.label,
                      true, kNone});
@@ -202,7 +236,6 @@ void ArcMaker::make_border() {
   }
   std::stable_sort(stops.begin(), stops.end(),
                    [](const Stop& a, const Stop& b) { return a.along < b.along; });
-  around_.resize(out_.nodes.size());
   const std::size_t n = stops.size();
   std::vector<std::uint32_t> arc_after(n);
   for (std::size_t k = 0; k < n; ++k) {
@@ -211,9 +244,14 @@ void ArcMaker::make_border() {
     arc.left = stops[k].after;
     arc.nodes = {stops[k].node, stops[(k + 1) % n].node};
     arc.curves.resize(1);
+    // Corners part the sides: the arc is on the side that it starts on.
+    std::size_t side = 0;
+    while (side < 3 && stops[k].along >= at[side + 1]) ++side;
+    if (seams_[side] != nullptr) run_along_seam(*seams_[side], side < 2, arc);
     arc_after[k] = static_cast<std::uint32_t>(out_.arcs.size());
     out_.arcs.push_back(std::move(arc));
   }
+  around_.resize(out_.nodes.size());
   for (std::size_t k = 0; k < n; ++k) {
     std::vector<ArcUse>& out = around_[stops[k].node];
     std::vector<ArcUse> order{{arc_after[k], true}};
@@ -348,6 +386,12 @@ void ArcMaker::make() {
 
 }  // namespace
 
+double border_inset(const Impl& surface) { return 8 * surface.tie; }
+
+double flat_height(const Impl& surface, double tolerance) {
+  return std::fmax(1e-9 * surface.size, 1e-4 * tolerance);
+}
+
 bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const PlanCurve& curve,
                       Label left, Label right, const PlanNode& a, const PlanNode& b, double s,
                       PlanNode& node) {
@@ -399,11 +443,13 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   ArrangementOptions options = asked;
   const double longer = std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
   if (!(options.least > 0)) options.least = std::ldexp(longer, -22);
-  const double inset = 8 * surface.tie;
-  const PlanBox inner{domain.x0 + inset, domain.x1 - inset, domain.y0 + inset, domain.y1 - inset};
+  const double inset = border_inset(surface);
+  const auto off = [&](std::size_t side) { return options.seams[side] == nullptr ? inset : 0; };
+  const PlanBox inner{domain.x0 + off(3), domain.x1 - off(1), domain.y0 + off(0),
+                      domain.y1 - off(2)};
   TreeLimits limits;
   limits.least = options.least;
-  if (!(options.flat > 0)) options.flat = std::fmax(1e-9 * surface.size, 1e-4 * options.tolerance);
+  if (!(options.flat > 0)) options.flat = flat_height(surface, options.tolerance);
   limits.flat = options.flat;
   limits.variant = options.variant;
   limits.most_cells = options.most_cells;
@@ -415,12 +461,17 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
                      " cells of the plan can part",
                  {surface.program.file}};
   }
+  if (!graph.keeps_seams) {
+    return Error{ErrorCode::kLimit,
+                 "a cut between tiles runs along what cannot be told apart at the least distance",
+                 {surface.program.file}};
+  }
   Arrangement out;
   out.box = domain;
   out.uncertified_area = graph.uncertified_area;
   out.cells = tree.cells.size();
   for (const TreeCell& c : tree.cells) out.least_cells += c.kind == CellKind::kLeast ? 1u : 0u;
-  ArcMaker(surface, graph, domain, inner, out).make();
+  ArcMaker(surface, graph, domain, inner, options.seams, out).make();
   bool any = false;
   for (const PlanRegion& region : out.regions) any = any || region.label != kNoLabel;
   if (!any) {

@@ -2,20 +2,16 @@
 // between them. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "core/compound/compound_impl.h"
 #include "core/result.h"
 #include "core/tessellate/plan_curve.h"
+#include "core/tessellate/seam.h"
 
 namespace diesink {
-
-// A label's height at a plan point that lies on several.
-struct LabelHeight {
-  Label label = kNoLabel;
-  double z = 0;
-};
 
 // A point of the plan where an arc passes, ends or meets others.
 struct PlanNode {
@@ -25,6 +21,7 @@ struct PlanNode {
   bool corner = false;
   bool border = false;  // on the domain's border
   bool solved = true;   // false: found by halving or as the middle of a least cell
+  bool seam = false;    // on a cut between tiles
   bool kept = false;    // inside an arc: its chain runs through the node itself
 };
 
@@ -35,6 +32,7 @@ struct PlanArc {
   Label left = kNoLabel, right = kNoLabel;
   bool closed = false;
   bool border = false;  // a stretch of the domain's border, the domain on its left
+  bool seam = false;    // of a cut between tiles: its chain is that of its nodes for good
 };
 
 // A directed arc of a loop.
@@ -66,7 +64,16 @@ struct ArrangementOptions {
   double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
+  // Sides of the box that are cuts between tiles: bottom, right, top, left. Not owned.
+  std::array<const Seam*, 4> seams{};
 };
+
+// What of the border of a domain is left out: cells end so far inside it, that what only touches
+// the border from outside is not seen. (Not on cuts between tiles.)
+double border_inset(const CompoundSurface::Impl& surface);
+
+// Height under which surfaces, or lines side by side, count as one.
+double flat_height(const CompoundSurface::Impl& surface, double tolerance);
 
 // The exact point of a curve over the chord from a to b, at the fraction s of the chord, with the
 // heights of both labels. False where it is not found close to the chord.
@@ -74,7 +81,8 @@ bool point_on_stretch(const CompoundSurface::Impl& surface, const CurveSolver& s
                       const PlanCurve& curve, Label left, Label right, const PlanNode& a,
                       const PlanNode& b, double s, PlanNode& node);
 
-// Errors: kInput where no vertical line of the domain meets the surface; kLimit beyond most_cells.
+// Errors: kInput where no vertical line of the domain meets the surface; kLimit beyond most_cells,
+//         and where the cells cannot be joined to the seams: another variant may.
 // Source: docs/tessellation.md; the maximization diagram of a lower or upper envelope, with `-`
 // terms.
 Result<Arrangement> arrange(const CompoundSurface& surface, const PlanBox& domain,

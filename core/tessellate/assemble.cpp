@@ -142,6 +142,11 @@ void Assembler::add_levels() {
         longer = std::fmax(longer, length(j));
       if (k == 0 && last > 1) longer = std::fmax(longer, length(1));
       if (k == last && last > 1) longer = std::fmax(longer, length(last - 2));
+      // On a cut between tiles the chords along it decide: both tiles have those.
+      const std::uint32_t node = samples_.points[chain[k]].node;
+      if (node != ArcPoint::kNoNode && arrangement_.nodes[node].seam &&
+          (!arc.seam || arrangement_.nodes[node].corner))
+        continue;
       double& spacing = columns_[chain[k]].spacing;
       spacing = std::fmin(spacing, longer);
     }
@@ -521,6 +526,12 @@ Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement&
                               const ArcSamples& samples, const std::vector<RegionMesh>& regions,
                               const TessellationOptions& options) {
   return Assembler(surface, arrangement, samples, regions, options).run();
+}
+
+Tessellation empty_tile(const PlanBox& box) {
+  Tessellation made;
+  made.report.domain = {box.x0, box.x1, box.y0, box.y1};
+  return made;
 }
 
 void fill_report(const CompoundSurface& surface, const Tessellation& tessellation, double floor,

@@ -32,25 +32,21 @@ class GraphMaker {
         tree_(tree),
         options_(options),
         solver_(surface),
-        vertices_(body_vertices(surface)) {}
+        vertices_(body_vertices(surface)),
+        line_(surface, vertices_, options.flat, options.least) {}
 
   CellGraph make();
 
  private:
-  struct Sample {
-    Vec2 p;
-    LineState state;
-  };
-
   [[nodiscard]] TreeCell& cell(std::int32_t i) { return tree_.cells[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] Sample sample(const Vec2& p) const { return {p, surface_.evaluate(p.x(), p.y())}; }
 
   void inside(std::int32_t c);
   void beside(std::int32_t a, std::int32_t b, bool upright);
   void on_border(std::int32_t c, std::uint8_t side);
   void segment(std::int32_t a, std::int32_t b, bool upright);
-  void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth);
-  void add_change(const Sample& p, const Sample& q);
+  void search(const Vec2& p, const Vec2& q, const std::vector<std::uint32_t>& steps);
+  void add_node(LineChange change);
+  void take_seam(std::int32_t c, std::uint8_t side);
   static std::uint64_t pair_key(std::int32_t a, std::int32_t b) {
     return std::uint64_t{static_cast<std::uint32_t>(a)} << 32 | static_cast<std::uint32_t>(b);
   }
@@ -74,10 +70,13 @@ class GraphMaker {
   const ArrangementOptions& options_;
   CurveSolver solver_;
   std::vector<BodyVertices> vertices_;
+  ChangeSearch line_;
+  std::vector<LineChange> changes_;
   CellGraph graph_;
   std::vector<OnBorder> found_;
   std::vector<std::int32_t> to_split_;
   std::uint32_t first_new_ = 0;
+  std::size_t seam_changes_ = 0;  // taken into the graph
   // What stretches of border between leaves have shown: it does not change as other cells are
   // split.
   struct Found {
@@ -139,17 +138,37 @@ void GraphMaker::on_border(std::int32_t c, std::uint8_t side) {
   if (cell(c).info < 0) return;
   first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
   const std::uint64_t key = pair_key(c, -1 - static_cast<std::int32_t>(side));
-  if (!recall(key)) {
+  if (options_.seams[side] != nullptr) {
+    take_seam(c, side);
+  } else if (!recall(key)) {
     const PlanBox& b = cell(c).box;
     const Vec2 p(side == 1 ? b.x1 : b.x0, side == 2 ? b.y1 : b.y0);
     const Vec2 q(side == 3 ? b.x0 : b.x1, side == 0 ? b.y0 : b.y1);
-    search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(cell(c).info)].steps, 0);
+    search(p, q, tree_.infos[static_cast<std::size_t>(cell(c).info)].steps);
     remember(key);
   }
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
     graph_.nodes[n].border = true;
     graph_.nodes[n].side = static_cast<std::int8_t>(side);
     found_.push_back({cell(c).info, side, n});
+  }
+}
+
+// What changes on a cut between tiles is the seam's to say; each of its points is one cell's.
+void GraphMaker::take_seam(std::int32_t c, std::uint8_t side) {
+  const Seam& seam = *options_.seams[side];
+  const PlanBox& b = cell(c).box;
+  const bool upright = side == 1 || side == 3;
+  const double low = upright ? b.y0 : b.x0, high = upright ? b.y1 : b.x1;
+  const bool last = high >= seam.to;
+  auto point = std::lower_bound(seam.points.begin(), seam.points.end(), low,
+                                [](const SeamPoint& p, double at) { return p.along < at; });
+  for (; point != seam.points.end(); ++point) {
+    if (last ? point->along > high : point->along >= high) break;
+    if (!point->change) continue;
+    add_node({upright ? seam.at : point->along, upright ? point->along : seam.at, point->low,
+              point->high, point->curve, point->heights});
+    ++seam_changes_;
   }
 }
 
@@ -170,8 +189,7 @@ void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
   const std::int32_t ia = cell(a).info, ib = cell(b).info;
   first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
   if (!recall(pair_key(a, b))) {
-    search(sample(p), sample(q), tree_.infos[static_cast<std::size_t>(a_smaller ? ia : ib)].steps,
-           0);
+    search(p, q, tree_.infos[static_cast<std::size_t>(a_smaller ? ia : ib)].steps);
     remember(pair_key(a, b));
   }
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
@@ -180,51 +198,22 @@ void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
   }
 }
 
-void GraphMaker::search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps,
-                        int depth) {
-  std::vector<std::uint32_t> here = steps;
-  CellVerdict verdict;
-  const CellBox box = CellBox::of({p.p.x(), q.p.x(), p.p.y(), q.p.y()});
-  classify(surface_, vertices_, box, here, options_.flat, verdict);
-  if (verdict.kind == CellKind::kPlain && p.state.label == q.state.label) return;
-  const bool along_y = box.hy > box.hx;
-  bool regular = !verdict.functions.full;
-  for (const PlanFunction& f : verdict.functions)
-    regular = regular && (along_y ? f.regular_y() : f.regular_x());
-  const bool single = regular && verdict.functions.count <= 1;
-  const double length = 2 * std::fmax(box.hx, box.hy);
-  // Lines that cross the border once each are told apart as long as ties do not make them one.
-  const double least = regular ? 4 * surface_.tie : 0.25 * options_.least;
-  if (single || length <= least || depth > 60) {
-    if (p.state.label != q.state.label) add_change(p, q);
-    return;
-  }
-  // p + s (q - p): the line's own coordinate stays as it is to the bit.
-  const Sample mid = sample(p.p + 0.5069 * (q.p - p.p));
-  search(p, mid, here, depth + 1);
-  search(mid, q, here, depth + 1);
+// Searches a stretch of border that the steps given decide, and adds what changes on it.
+void GraphMaker::search(const Vec2& p, const Vec2& q, const std::vector<std::uint32_t>& steps) {
+  changes_.clear();
+  line_.find(p, q, steps, changes_);
+  for (LineChange& change : changes_) add_node(std::move(change));
 }
 
-void GraphMaker::add_change(const Sample& p, const Sample& q) {
-  const CurveSolver::Change change =
-      solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z);
+void GraphMaker::add_node(LineChange change) {
   GraphNode node;
-  node.x = change.at.x;
-  node.y = change.at.y;
-  // The line the change was looked for on keeps its own coordinate to the bit.
-  if (p.p.x() == q.p.x()) {
-    node.x = p.p.x();
-    node.y = std::clamp(node.y, p.p.y(), q.p.y());
-  } else {
-    node.y = p.p.y();
-    node.x = std::clamp(node.x, p.p.x(), q.p.x());
-  }
-  node.low = p.state.label;
-  node.high = q.state.label;
+  node.x = change.x;
+  node.y = change.y;
+  node.low = change.low;
+  node.high = change.high;
   node.curve = change.curve;
   node.solved = change.curve.type != CurveType::kUnsolved;
-  if (node.low != kNoLabel) node.heights.push_back({node.low, change.za});
-  if (node.high != kNoLabel) node.heights.push_back({node.high, change.zb});
+  node.heights = std::move(change.heights);
   graph_.nodes.push_back(std::move(node));
 }
 
@@ -543,6 +532,8 @@ void GraphMaker::pull_to_border() {
     // On the border a hair from the corner, and nothing else hangs on it.
     const auto is_beside = [&](std::uint32_t l) {
       const GraphNode &n = graph_.nodes[other_end(l)], &corner = graph_.nodes[c];
+      // (On a cut between tiles nothing moves: the other tile does not know.)
+      if (n.side >= 0 && options_.seams[static_cast<std::size_t>(n.side)] != nullptr) return false;
       return n.border && n.links.size() == 1 && std::hypot(n.x - corner.x, n.y - corner.y) <= near;
     };
     const auto count =
@@ -651,6 +642,7 @@ CellGraph GraphMaker::make() {
   // Each round the cells that did not join are split; the least cells always join, so it ends.
   for (int pass = 0; pass < 200 && !tree_.stopped; ++pass) {
     graph_ = {};
+    seam_changes_ = 0;
     found_.clear();
     to_split_.clear();
     for (const std::int32_t root : tree_.roots) inside(root);
@@ -688,6 +680,9 @@ CellGraph GraphMaker::make() {
       }
     }
   }
+  std::size_t on_seams = 0;
+  for (const Seam* seam : options_.seams) on_seams += seam != nullptr ? seam->changes() : 0;
+  graph_.keeps_seams = tree_.stopped || seam_changes_ == on_seams;
   pull_to_border();
   draw_together();
   return std::move(graph_);

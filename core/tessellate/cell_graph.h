@@ -7,6 +7,7 @@
 
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/cell_tree.h"
+#include "core/tessellate/line_changes.h"
 
 namespace diesink {
 
@@ -34,6 +35,7 @@ struct CellGraph {
   std::vector<GraphNode> nodes;
   std::vector<GraphLink> links;
   double uncertified_area = 0;
+  bool keeps_seams = true;  // false: a cell holds for plain what a seam crosses
 };
 
 // Splits cells of the tree further where their borders tell more than their kind allows.

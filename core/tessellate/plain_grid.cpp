@@ -129,6 +129,7 @@ Result<Tessellation> mesh_plain_grid(const CompoundSurface& surface, const PlanB
   if (!grid) return grid.error();
   Tessellation made = PlainGrid(surface, *grid).make();
   if (made.mesh.triangles.empty()) {
+    if (options.tiles != std::array{1, 1}) return empty_tile(box);
     return Error{
         ErrorCode::kInput, "there is no surface in the domain", {surface.program().file, 0, 0, -1}};
   }

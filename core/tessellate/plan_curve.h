@@ -51,6 +51,12 @@ struct CurvePoint {
   double x = 0, y = 0, z = 0;
 };
 
+// A label's height at a plan point that lies on several.
+struct LabelHeight {
+  Label label = kNoLabel;
+  double z = 0;
+};
+
 // Solves for points on the curves of one surface. Cheap to copy; any number of threads.
 class CurveSolver {
  public:

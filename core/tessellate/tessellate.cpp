@@ -13,6 +13,7 @@
 #include "core/tessellate/assemble.h"
 #include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
+#include "core/tessellate/seam.h"
 #include "core/tessellate/tessellate_scan.h"
 
 namespace diesink {
@@ -28,26 +29,73 @@ double seconds_since(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Of one tile of the domain. All cuts are products of the tile numbers and the domain alone, so
-// that neighbours agree.
-PlanBox tile_box(const PlanBox& domain, const TessellationOptions& options) {
-  const auto cut = [](double a, double b, int k, int n) {
-    return k == 0 ? a : k == n ? b : a + (b - a) * k / n;
-  };
-  return {cut(domain.x0, domain.x1, options.tile[0], options.tiles[0]),
-          cut(domain.x0, domain.x1, options.tile[0] + 1, options.tiles[0]),
-          cut(domain.y0, domain.y1, options.tile[1], options.tiles[1]),
-          cut(domain.y0, domain.y1, options.tile[1] + 1, options.tiles[1])};
+// One tile of the domain, and the seams with the tiles beside it.
+struct Tile {
+  PlanBox box;
+  std::array<std::optional<Seam>, 4> seams;  // bottom, right, top, left
+};
+
+PlanBox tile_box(const TileCuts& cuts, const std::array<int, 2>& tile) {
+  const auto i = static_cast<std::size_t>(tile[0]), j = static_cast<std::size_t>(tile[1]);
+  return {cuts.x[i], cuts.x[i + 1], cuts.y[j], cuts.y[j + 1]};
+}
+
+Tile tile_of(const CompoundSurface& surface, const PlanBox& box, const TessellationOptions& options,
+             SeamOptions seam, const std::vector<double>* grid_x,
+             const std::vector<double>* grid_y) {
+  Tile tile;
+  tile.box = box;
+  const double inset = border_inset(surface.impl());
+  const bool cut[4] = {options.tile[1] > 0, options.tile[0] + 1 < options.tiles[0],
+                       options.tile[1] + 1 < options.tiles[1], options.tile[0] > 0};
+  const PlanBox inner{box.x0 + (cut[3] ? 0 : inset), box.x1 - (cut[1] ? 0 : inset),
+                      box.y0 + (cut[0] ? 0 : inset), box.y1 - (cut[2] ? 0 : inset)};
+  const double at[4] = {box.y0, box.x1, box.y1, box.x0};
+  for (std::size_t side = 0; side < 4; ++side) {
+    if (!cut[side]) continue;
+    const bool upright = side % 2 == 1;
+    seam.grid = upright ? grid_y : grid_x;
+    tile.seams[side] =
+        make_seam(surface.impl(), upright ? 0 : 1, at[side], upright ? inner.y0 : inner.x0,
+                  upright ? inner.y1 : inner.x1, seam);
+  }
+  return tile;
+}
+
+// Below everything the surface can be made of: the same for all tiles.
+double common_floor(const CompoundSurface& surface, const PlanBox& domain) {
+  const CompoundSurface::Impl& impl = surface.impl();
+  double lowest = HUGE_VAL;
+  for (const CompoundStep& step : impl.steps) {
+    if (step.kind != BooleanStep::Kind::kTerm) continue;
+    if (step.solid >= 0) {
+      lowest = std::fmin(lowest, impl.bodies[static_cast<std::size_t>(step.solid)].z_low());
+      continue;
+    }
+    const CellBox box = CellBox::of(domain);
+    FaceOver face;
+    FunctionList outline;
+    if (base_over(impl, step, box, face, outline) == Coverage::kOutside) continue;
+    lowest = std::fmin(
+        lowest, face.c + face.lo - std::fabs(face.gx) * box.hx - std::fabs(face.gy) * box.hy);
+  }
+  return lowest - 0.1 * std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
 }
 
 }  // namespace
 
-Result<Tessellation> tessellate(const CompoundSurface& surface,
-                                const TessellationOptions& options) {
+Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& asked) {
   const Machining& m = surface.program().machining;
-  const double tolerance = options.tolerance > 0 ? options.tolerance : m.tolerance;
+  const double tolerance = asked.tolerance > 0 ? asked.tolerance : m.tolerance;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
-  const PlanBox box = tile_box(domain, options);
+  const bool tiled = asked.tiles != std::array{1, 1};
+  TessellationOptions options = asked;
+  if (tiled && options.solid && !options.floor) options.floor = common_floor(surface, domain);
+  const PlanBox box =
+      !tiled ? domain
+             : tile_box(options.cuts != nullptr ? *options.cuts
+                                                : tile_cuts(surface, options.tiles, tolerance),
+                        options.tile);
   if (options.scheme == MeshScheme::kGrid && !options.creases) {
     return mesh_plain_grid(surface, box, options);
   }
@@ -83,6 +131,16 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
     region_options.grid_y = sampling.grid_y = &ys;
   }
 
+  SeamOptions seam_options;
+  seam_options.domain = domain;
+  seam_options.tolerance = budget;
+  seam_options.sag = sampling.sag;
+  seam_options.shortest = sampling.shortest;
+  seam_options.flat = flat_height(surface.impl(), tolerance);
+  seam_options.least = std::ldexp(std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0), -22);
+  const Tile tile =
+      tile_of(surface, box, options, seam_options, region_options.grid_x, region_options.grid_y);
+
   // Where cells happen to lie decides how what is finer than the least cell is joined; what cannot
   // be meshed for that reason alone is found anew with cells that lie elsewhere.
   std::optional<Arrangement> arrangement;
@@ -93,7 +151,12 @@ Result<Tessellation> tessellate(const CompoundSurface& surface,
     ArrangementOptions arrangement_options;
     arrangement_options.tolerance = tolerance;
     arrangement_options.variant = variant;
+    for (std::size_t side = 0; side < 4; ++side) {
+      if (tile.seams[side]) arrangement_options.seams[side] = &*tile.seams[side];
+    }
     Result<Arrangement> found = arrange(surface, box, arrangement_options);
+    if (!found && found.error().code == ErrorCode::kLimit && variant + 1 < kVariants) continue;
+    if (!found && tiled && found.error().code == ErrorCode::kInput) return empty_tile(box);
     if (!found) return found.error();
     arrangement.emplace(std::move(*found));
     evaluate = seconds_since(start);

@@ -12,6 +12,7 @@
 #include "core/compound/compound_surface.h"
 #include "core/mesh.h"
 #include "core/result.h"
+#include "core/tessellate/tile_cuts.h"
 
 namespace diesink {
 
@@ -26,7 +27,10 @@ struct TessellationOptions {
   double feature_angle = 30;    // degrees: edges of a scanned base that turn by more are creases
   std::array<int, 2> tiles{1, 1};
   std::array<int, 2> tile{0, 0};  // which tile to make
-  int threads = 0;                // 0 = all cores
+  // Of all tiles, as tile_cuts() gives them: whoever makes many saves finding them anew for each.
+  // Not owned; may be null.
+  const TileCuts* cuts = nullptr;
+  int threads = 0;  // 0 = all cores
   // Called now and then with the part done, 0..1, from any thread; may be empty.
   std::function<void(double)> progress;
 };
@@ -65,8 +69,12 @@ struct Tessellation {
   TessellationReport report;
 };
 
-// Same bytes for any thread count.
-// Errors: kInput for an empty surface or a grid over the limits; kLimit for too many triangles;
+// Same bytes for any thread count. Each tile is made without the others: its mesh ends at a cut in
+// the chain of vertices that its neighbour's ends in, to the bit. A tile without a surface is an
+// empty mesh. Solid tiles are closed blocks; without `floor` all stand on one, below everything the
+// program names.
+// Errors: kInput for an empty surface (of a domain in one tile) or a grid over the limits; kLimit
+// for too many triangles;
 //         kUnsupported for a MESH base where a grid with creases is asked for.
 Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options);
 

@@ -71,6 +71,8 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
 
   ScanSheet sheet = top_sheet(std::get<ScannedSurface>(original.impl().base), box,
                               shares.lean * tolerance, options.threads);
+  const bool tiled = options.tiles != std::array{1, 1};
+  if (sheet.triangles.empty() && tiled && original.program().solids.empty()) return empty_tile(box);
   if (sheet.triangles.empty()) {
     return Error{
         ErrorCode::kInput, "no triangle of the scan lies in the domain", {original.program().file}};

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/tile_cuts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/compound/compound_impl.h"
+#include "core/tessellate/arrangement.h"
+#include "core/tessellate/cell_tree.h"
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+// Distances, over the tolerance, within which nothing but crossings may lie beside a cut; the later
+// ones where the part leaves no room.
+constexpr double kClearances[] = {2, 0.25, 1.0 / 64, 1e-3};
+// Places looked at for each.
+constexpr int kPlaces = 49;
+// Of a tile's width: how far the last of them lies off.
+constexpr double kFarthest = 0.125;
+// Largest across-to-along ratio of the gradients' bounds: a curve crosses at seven degrees or more.
+constexpr double kSteepest = 8;
+
+class CutFinder {
+ public:
+  CutFinder(const Impl& surface, const PlanBox& domain, double tolerance)
+      : surface_(surface),
+        domain_(domain),
+        tolerance_(tolerance),
+        flat_(flat_height(surface, tolerance)),
+        vertices_(body_vertices(surface)) {
+    // Apexes that are seen: no label changes there, but a face is not smooth.
+    for (const BodyLine& line : surface.bodies) {
+      const QuadricBody* body = std::get_if<QuadricBody>(&line.body());
+      if (body == nullptr || body->shape != QuadricShape::kCone) continue;
+      const Vec3 apex = body->p + body->C * body->frame.row(2).transpose();
+      const LineState seen = surface.evaluate(apex.x(), apex.y());
+      if (seen.label == kNoLabel || std::fabs(seen.z - apex.z()) <= flat_)
+        apexes_.emplace_back(apex.head<2>());
+    }
+  }
+
+  // The cut for part k of n along an axis; `across`: cuts of the other axis already found.
+  [[nodiscard]] double find(int axis, int k, int n, const std::vector<double>& across) const;
+
+ private:
+  [[nodiscard]] PlanBox box_of(int axis, double at, double half, double a, double b) const {
+    return axis == 0 ? PlanBox{at - half, at + half, a, b} : PlanBox{a, b, at - half, at + half};
+  }
+  [[nodiscard]] bool is_clear(int axis, double at, double half,
+                              const std::vector<double>& across) const;
+  [[nodiscard]] bool is_clear(int axis, double at, double half, double a, double b,
+                              const std::vector<std::uint32_t>& steps) const;
+
+  const Impl& surface_;
+  PlanBox domain_;
+  double tolerance_, flat_;
+  std::vector<BodyVertices> vertices_;
+  std::vector<Vec2> apexes_;
+};
+
+// Whether each part of the strip shows one face, or one curve that runs across.
+bool CutFinder::is_clear(int axis, double at, double half, double a, double b,
+                         const std::vector<std::uint32_t>& steps) const {
+  std::vector<std::uint32_t> here = steps;
+  CellVerdict verdict;
+  classify(surface_, vertices_, CellBox::of(box_of(axis, at, half, a, b)), here, flat_, verdict);
+  if (verdict.kind == CellKind::kPlain) return true;
+  if (verdict.kind == CellKind::kArc && verdict.functions.count == 1) {
+    const PlanFunction& f = verdict.functions[0];
+    const Range &along = axis == 0 ? f.gy : f.gx, &off = axis == 0 ? f.gx : f.gy;
+    const double least = along.lo > 0 ? along.lo : along.hi < 0 ? -along.hi : 0;
+    if (std::fmax(std::fabs(off.lo), std::fabs(off.hi)) <= kSteepest * least) return true;
+  }
+  if (b - a <= 4 * half) return false;
+  const double middle = a + 0.5069 * (b - a);
+  return is_clear(axis, at, half, a, middle, here) && is_clear(axis, at, half, middle, b, here);
+}
+
+bool CutFinder::is_clear(int axis, double at, double half,
+                         const std::vector<double>& across) const {
+  for (const Vec2& apex : apexes_) {
+    if (std::fabs(apex[axis] - at) <= half) return false;
+  }
+  std::vector<std::uint32_t> steps;
+  for (const double other : across) {
+    // The tiles' corner: a face and nothing else, farther than a crossing runs along a cut.
+    const double room = 2 * kSteepest * half;
+    const PlanBox box = box_of(axis, at, room, other - room, other + room);
+    surface_.index.over(box, steps);
+    CellVerdict verdict;
+    classify(surface_, vertices_, CellBox::of(box), steps, flat_, verdict);
+    if (verdict.kind != CellKind::kPlain) return false;
+  }
+  const double inset = border_inset(surface_);
+  const double from = (axis == 0 ? domain_.y0 : domain_.x0) + inset;
+  const double to = (axis == 0 ? domain_.y1 : domain_.x1) - inset;
+  surface_.index.over(box_of(axis, at, half, from, to), steps);
+  return is_clear(axis, at, half, from, to, steps);
+}
+
+double CutFinder::find(int axis, int k, int n, const std::vector<double>& across) const {
+  const double a = axis == 0 ? domain_.x0 : domain_.y0, b = axis == 0 ? domain_.x1 : domain_.y1;
+  const double even = a + (b - a) * k / n, width = (b - a) / n;
+  const double most = width / 64;  // clearance: tiles of less than the tolerance's width
+  for (const double clearance : kClearances) {
+    const double half =
+        std::clamp(clearance * tolerance_, 32 * surface_.tie, std::fmax(most, 32 * surface_.tie));
+    for (int place = 0; place < kPlaces; ++place) {
+      // To either side in turn, a little farther each time, and never by a round part.
+      const double off = kFarthest * width * ((place + 1) / 2) / (0.5 * kPlaces) * 0.98713;
+      const double at = place % 2 == 1 ? even + off : even - off;
+      if (is_clear(axis, at, half, across)) return at;
+    }
+  }
+  return even;
+}
+
+}  // namespace
+
+TileCuts tile_cuts(const CompoundSurface& surface, const std::array<int, 2>& tiles,
+                   double tolerance) {
+  const Machining& m = surface.program().machining;
+  const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
+  const CutFinder finder(surface.impl(), domain, tolerance);
+  TileCuts cuts;
+  std::vector<double> inner;
+  cuts.x.push_back(domain.x0);
+  for (int k = 1; k < tiles[0]; ++k) inner.push_back(finder.find(0, k, tiles[0], {}));
+  cuts.x.insert(cuts.x.end(), inner.begin(), inner.end());
+  cuts.x.push_back(domain.x1);
+  cuts.y.push_back(domain.y0);
+  for (int k = 1; k < tiles[1]; ++k) cuts.y.push_back(finder.find(1, k, tiles[1], inner));
+  cuts.y.push_back(domain.y1);
+  return cuts;
+}
+
+}  // namespace diesink

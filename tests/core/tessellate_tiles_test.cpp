@@ -1,0 +1,183 @@
+// Tiles of a domain, each made without the others, against each other to the bit and against the
+// domain made as a whole.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/tessellate/tessellate.h"
+#include "tests/support/load_part.h"
+#include "tests/support/mesh_proof.h"
+#include "tests/support/named_cases.h"
+#include "tests/support/random_program.h"
+#include "tests/support/tiles.h"
+
+namespace diesink::test {
+namespace {
+
+constexpr std::array<int, 2> kTilings[] = {{2, 2}, {3, 2}, {4, 1}, {1, 5}};
+
+// What a certified whole keeps its tiles keep; the seams agree; welded they are the whole.
+std::string tile_faults(const CompoundSurface& surface, const TessellationOptions& options,
+                        const std::array<int, 2>& tiles, bool whole_too = true) {
+  Faults faults;
+  const Tiling tiling = make_tiles(surface, options, tiles);
+  check_seams(tiling, is_everywhere(surface), faults);
+  const TriangleMesh all = welded(tiling);
+  check_topology(all, false, faults);
+  check_triangles(all, surface.size(), faults);
+  const bool adaptive = options.scheme == MeshScheme::kAdaptive;
+  double uncertified = 0, area = 0;
+  for (const Tessellation& made : tiling.made) {
+    uncertified += made.report.uncertified_area;
+    area += made.report.area;
+    if (made.mesh.triangles.empty()) continue;
+    check_mesh(surface, options, made, !is_everywhere(surface), faults);
+    if (!adaptive) continue;
+    check_deviation(surface, made, std::max(made.report.tolerance, made.report.certified_deviation),
+                    200, 1, faults);
+    check_curves(surface, made, faults);
+  }
+  if (!whole_too) return faults.text();
+  const Result<Tessellation> whole = tessellate(surface, options);
+  if (!whole) return "refused as a whole: " + to_text(whole.error());
+  if (whole->report.uncertified_area == 0 && uncertified > 0 && adaptive)
+    faults.add("not certified in tiles", uncertified, 0);
+  const std::size_t loops = open_loops(all), of_whole = open_loops(whole->mesh);
+  if (loops != of_whole)
+    faults.add("loops of open sides: " + std::to_string(loops) + " in tiles, " +
+               std::to_string(of_whole) + " as a whole");
+  std::set<std::string> names, names_of_whole;
+  for (const MeshElement& e : all.elements) names.insert(e.name);
+  for (const MeshElement& e : whole->mesh.elements) names_of_whole.insert(e.name);
+  if (names != names_of_whole) faults.add("other elements in tiles");
+  // Each is within the tolerance of one surface: areas differ by what so much of it can hold.
+  if (std::fabs(area - whole->report.area) > 0.02 * area + 40 * whole->report.tolerance)
+    faults.add("area", area, whole->report.area);
+  return faults.text();
+}
+
+std::string all_tilings(const CompoundSurface& surface, const TessellationOptions& options) {
+  std::string text;
+  for (const auto& tiles : kTilings) {
+    const std::string faults = tile_faults(surface, options, tiles);
+    if (!faults.empty())
+      text += std::to_string(tiles[0]) + "x" + std::to_string(tiles[1]) + ": " + faults;
+  }
+  return text;
+}
+
+class TiledFixtures : public testing::TestWithParam<const char*> {};
+
+TEST_P(TiledFixtures, MeetToTheBit) {
+  const CompoundSurface surface = fixture(GetParam());
+  TessellationOptions options;
+  for (const double factor : {1.0, 8.0}) {
+    options.tolerance = factor * surface.program().machining.tolerance;
+    EXPECT_EQ(all_tilings(surface, options), "") << factor;
+  }
+}
+
+TEST_P(TiledFixtures, MeetToTheBitOnTheGrid) {
+  const CompoundSurface surface = fixture(GetParam());
+  TessellationOptions options;
+  options.scheme = MeshScheme::kGrid;
+  EXPECT_EQ(tile_faults(surface, options, {3, 2}), "");
+  // A plain grid leaves out cells beside a hole, on one side of a cut as it happens.
+  if (!is_everywhere(surface)) return;
+  options.creases = false;
+  const Tiling tiling = make_tiles(surface, options, {3, 2});
+  Faults faults;
+  check_seams(tiling, is_everywhere(surface), faults);
+  EXPECT_EQ(faults.text(), "") << "without creases";
+}
+
+INSTANTIATE_TEST_SUITE_P(Parts, TiledFixtures,
+                         testing::Values("allprims", "border", "fig6", "groups", "inch", "nobase",
+                                         "pockets", "spheres", "steinmetz", "tangent"),
+                         [](const testing::TestParamInfo<const char*>& of) {
+                           return std::string(of.param);
+                         });
+
+class TiledCases : public testing::TestWithParam<NamedCase> {};
+
+// Their cuts fall on walls, creases, rims, apexes and corners: most are built about the middle.
+TEST_P(TiledCases, MeetToTheBit) {
+  const NamedCase& one = GetParam();
+  TessellationOptions options;
+  options.tolerance = one.tolerance;
+  const CompoundSurface surface = surface_of(one.text);
+  EXPECT_EQ(tile_faults(surface, options, {2, 2}), "");
+  EXPECT_EQ(tile_faults(surface, options, {4, 3}), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Named, TiledCases, testing::ValuesIn(named_cases()),
+                         [](const testing::TestParamInfo<NamedCase>& of) { return of.param.name; });
+
+// Everything that lies exactly on the even cuts of the domain [0, 40]² in four by two.
+TEST(Tiles, CutsOnWallsCreasesAndCorners) {
+  for (const std::string& text :
+       {on_plane(box("A", "10,5,-1", "20,20,4"), "+A"),  // walls
+        on_plane(box("A", "10,5,-5", "20,20,4"), "-A"),  // a pocket's
+        on_plane(box("A", "10,10,-1", "20,20,4") + box("C", "20,20,-1", "30,30,7"), "+A+C"),
+        on_plane(cylinder("A", "5,20,0", "35,20,0", "6"), "+A"),     // its axis along a cut
+        on_plane(cylinder("A", "20,20,-1", "20,20,4", "10"), "+A"),  // rims touch cuts
+        on_plane(cone("K", "20,20,0", "20,20,9", "10"), "+K"),       // apex where four tiles meet
+        on_plane(sphere("S", "20,20,0", "12") + box("A", "10,10,-3", "20,25,4"), "+S-A")}) {
+    TessellationOptions options;
+    EXPECT_EQ(tile_faults(surface_of(text), options, {4, 2}), "") << text;
+    EXPECT_EQ(tile_faults(surface_of(text), options, {2, 4}), "") << text;
+  }
+}
+
+TEST(Tiles, RandomProgramsMeetToTheBit) {
+  int made = 0;
+  for (std::uint64_t seed = 1; seed <= 120; ++seed) {
+    const CompoundSurface surface = surface_of(random_part_program(seed));
+    TessellationOptions options;
+    options.tolerance = 4 * surface.program().machining.tolerance;
+    if (!tessellate(surface, options)) continue;  // no surface in the domain, or refused as a whole
+    const std::array<int, 2>& tiles = kTilings[seed % 4];
+    EXPECT_EQ(tile_faults(surface, options, tiles, false), "") << "seed " << seed;
+    ++made;
+  }
+  EXPECT_GT(made, 100);
+}
+
+TEST(Tiles, AreClosedBlocksOnOneFloor) {
+  const CompoundSurface surface = fixture("fig6");
+  TessellationOptions options;
+  options.solid = true;
+  const Tiling tiling = make_tiles(surface, options, {2, 2});
+  double volume = 0;
+  std::set<double> floors;
+  for (const Tessellation& made : tiling.made) {
+    Faults faults;
+    check_topology(made.mesh, true, faults);
+    EXPECT_EQ(faults.text(), "");
+    EXPECT_TRUE(made.report.watertight);
+    volume += made.report.volume;
+    floors.insert(made.report.bounds[0].z());
+  }
+  ASSERT_EQ(floors.size(), 1u);
+  options.floor = *floors.begin();
+  const Result<Tessellation> whole = tessellate(surface, options);
+  ASSERT_TRUE(whole);
+  // Both within the tolerance of the same die.
+  const auto& d = whole->report.domain;
+  EXPECT_NEAR(volume, whole->report.volume,
+              2 * whole->report.tolerance * (d[1] - d[0]) * (d[3] - d[2]));
+}
+
+TEST(Tiles, WithoutASurfaceAreEmpty) {
+  const CompoundSurface surface =
+      surface_of("SOLID-DEF\n" + sphere("S", "10,10,0", "5") +
+                 "BOOLE-DEF\nS\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n");
+  TessellationOptions options;
+  const Tiling tiling = make_tiles(surface, options, {2, 2});
+  EXPECT_FALSE(tiling.at(0, 0).mesh.triangles.empty());
+  EXPECT_TRUE(tiling.at(1, 1).mesh.triangles.empty());
+}
+
+}  // namespace
+}  // namespace diesink::test
