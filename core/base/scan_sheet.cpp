@@ -242,53 +242,87 @@ struct Side {
   bool above;
 };
 
+// Cuts a sheet to a box. Each new vertex is a function of the edge of the sheet and the side alone,
+// whatever else of the triangle is cut off: boxes that share a side get the same chain along it.
 class SheetCutter {
  public:
   explicit SheetCutter(ScanSheet& sheet) : sheet_(sheet) {}
 
-  void cut(const Side& side) {
-    cuts_.clear();
+  void cut(const PlanBox& box) {
+    const Side sides[4] = {
+        {0, box.x0, true}, {0, box.x1, false}, {1, box.y0, true}, {1, box.y1, false}};
     std::vector<std::array<std::uint32_t, 3>> kept;
     kept.reserve(sheet_.triangles.size());
-    std::vector<std::uint32_t> polygon;
     for (const std::array<std::uint32_t, 3>& t : sheet_.triangles) {
-      int inside = 0, outside = 0;
-      for (const std::uint32_t v : t) {
-        const double d = beyond(side, v);
-        inside += d > 0;
-        outside += d < 0;
+      bool whole = true, none = false;
+      for (const Side& side : sides) {
+        int inside = 0, outside = 0;
+        for (const std::uint32_t v : t) {
+          const double d = beyond(side, v);
+          inside += d > 0;
+          outside += d < 0;
+        }
+        whole = whole && outside == 0;
+        none = none || (inside == 0 && outside > 0);
       }
-      if (outside == 0) {
+      if (none) continue;
+      if (whole) {
         kept.push_back(t);
         continue;
       }
-      if (inside == 0) continue;
-      polygon.clear();
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        const double da = beyond(side, a), db = beyond(side, b);
-        if (da >= 0) polygon.push_back(a);
-        if ((da > 0 && db < 0) || (da < 0 && db > 0)) polygon.push_back(cut_edge(side, a, b));
-      }
-      for (std::size_t k = 1; k + 1 < polygon.size(); ++k) {
-        const Vec3 &p = sheet_.points[polygon[0]], &q = sheet_.points[polygon[k]],
-                   &r = sheet_.points[polygon[k + 1]];
-        if (turn(p.x(), p.y(), q.x(), q.y(), r.x(), r.y()) > 0)
-          kept.push_back({polygon[0], polygon[k], polygon[k + 1]});
+      polygon_.clear();
+      for (std::size_t k = 0; k < 3; ++k) polygon_.push_back({t[k], t[k], t[(k + 1) % 3]});
+      for (std::uint32_t s = 0; s < 4; ++s) clip(sides[s], s);
+      for (std::size_t k = 1; k + 1 < polygon_.size(); ++k) {
+        const std::array<std::uint32_t, 3> part{polygon_[0].v, polygon_[k].v, polygon_[k + 1].v};
+        const Vec3 &p = sheet_.points[part[0]], &q = sheet_.points[part[1]],
+                   &r = sheet_.points[part[2]];
+        if (turn(p.x(), p.y(), q.x(), q.y(), r.x(), r.y()) > 0) kept.push_back(part);
       }
     }
     sheet_.triangles = std::move(kept);
   }
 
  private:
+  struct Corner {
+    std::uint32_t v;
+    std::uint32_t a, b;  // the line that the polygon's edge from here on is part of
+  };
   [[nodiscard]] double beyond(const Side& side, std::uint32_t v) const {
     const double d = sheet_.points[v][side.axis] - side.at;
     return side.above ? d : -d;
   }
-  std::uint32_t cut_edge(const Side& side, std::uint32_t a, std::uint32_t b) {
-    if (a > b) std::swap(a, b);
-    const auto [it, fresh] = cuts_.try_emplace((std::uint64_t{a} << 32) | b,
-                                               static_cast<std::uint32_t>(sheet_.points.size()));
+  void clip(const Side& side, std::uint32_t number) {
+    clipped_.clear();
+    for (std::size_t k = 0; k < polygon_.size(); ++k) {
+      const Corner &from = polygon_[k], &to = polygon_[(k + 1) % polygon_.size()];
+      const double d0 = beyond(side, from.v), d1 = beyond(side, to.v);
+      if (d0 >= 0) clipped_.push_back(from);
+      if ((d0 > 0 && d1 < 0) || (d0 < 0 && d1 > 0)) {
+        const std::uint32_t v = cut_edge(side, number, from.a, from.b);
+        clipped_.push_back({v, from.a, from.b});
+      }
+    }
+    // What runs along the side from where the polygon leaves it to where it comes back is a line of
+    // its own, between those two.
+    for (std::size_t k = 0; k < clipped_.size(); ++k) {
+      Corner& from = clipped_[k];
+      const Corner& to = clipped_[(k + 1) % clipped_.size()];
+      if (beyond(side, from.v) == 0 && beyond(side, to.v) == 0) {
+        from.a = from.v;
+        from.b = to.v;
+      }
+    }
+    std::swap(polygon_, clipped_);
+  }
+  std::uint32_t cut_edge(const Side& side, std::uint32_t number, std::uint32_t a, std::uint32_t b) {
+    const auto before = [&](std::uint32_t i, std::uint32_t j) {
+      const Vec3 &p = sheet_.points[i], &q = sheet_.points[j];
+      return std::array{p.x(), p.y(), p.z()} < std::array{q.x(), q.y(), q.z()};
+    };
+    if (before(b, a)) std::swap(a, b);
+    const auto [it, fresh] = cuts_[number].try_emplace(
+        (std::uint64_t{a} << 32) | b, static_cast<std::uint32_t>(sheet_.points.size()));
     if (fresh) {
       const Vec3 p = sheet_.points[a], q = sheet_.points[b];
       const double s = (side.at - p[side.axis]) / (q[side.axis] - p[side.axis]);
@@ -300,7 +334,8 @@ class SheetCutter {
   }
 
   ScanSheet& sheet_;
-  std::unordered_map<std::uint64_t, std::uint32_t> cuts_;
+  std::vector<Corner> polygon_, clipped_;
+  std::array<std::unordered_map<std::uint64_t, std::uint32_t>, 4> cuts_;  // a side
 };
 
 // Numbers only the vertices that are used.
@@ -362,10 +397,7 @@ ScanSheet top_sheet(const ScannedSurface& scan, const PlanBox& box, double lean,
   }
   if (!under.empty()) rejoin_layers(scan, layered, under, lean, sheet);
   SheetCutter cutter(sheet);
-  cutter.cut({0, box.x0, true});
-  cutter.cut({0, box.x1, false});
-  cutter.cut({1, box.y0, true});
-  cutter.cut({1, box.y1, false});
+  cutter.cut(box);
   compact(sheet);
   sheet.make_twins();
   return sheet;
@@ -390,10 +422,7 @@ ScanCover scan_cover(const ScannedSurface& scan, const PlanBox& box, int threads
     if (cross(whole.points[t[0]], whole.points[t[1]], whole.points[t[2]]) < 0)
       std::swap(t[1], t[2]);
   }
-  cutter.cut({0, box.x0, true});
-  cutter.cut({0, box.x1, false});
-  cutter.cut({1, box.y0, true});
-  cutter.cut({1, box.y1, false});
+  cutter.cut(box);
   for (const auto& t : whole.triangles)
     all += 0.5 * cross(whole.points[t[0]], whole.points[t[1]], whole.points[t[2]]);
   const double slack = 1e-9 * domain;

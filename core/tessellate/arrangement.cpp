@@ -461,15 +461,12 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
                      " cells of the plan can part",
                  {surface.program.file}};
   }
-  if (!graph.keeps_seams) {
-    return Error{ErrorCode::kLimit,
-                 "a cut between tiles runs along what cannot be told apart at the least distance",
-                 {surface.program.file}};
-  }
   Arrangement out;
   out.box = domain;
+  out.keeps_seams = graph.keeps_seams;
   out.uncertified_area = graph.uncertified_area;
   out.cells = tree.cells.size();
+  if (!out.keeps_seams) return out;
   for (const TreeCell& c : tree.cells) out.least_cells += c.kind == CellKind::kLeast ? 1u : 0u;
   ArcMaker(surface, graph, domain, inner, options.seams, out).make();
   bool any = false;

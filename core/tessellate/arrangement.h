@@ -53,6 +53,7 @@ struct Arrangement {
   std::vector<PlanArc> arcs;
   std::vector<PlanRegion> regions;
   double uncertified_area = 0;  // plan area of least cells that are not small beside the tolerance
+  bool keeps_seams = true;      // false: cells did not join to the seams; another variant may
   std::size_t cells = 0, least_cells = 0;
 };
 
@@ -81,8 +82,7 @@ bool point_on_stretch(const CompoundSurface::Impl& surface, const CurveSolver& s
                       const PlanCurve& curve, Label left, Label right, const PlanNode& a,
                       const PlanNode& b, double s, PlanNode& node);
 
-// Errors: kInput where no vertical line of the domain meets the surface; kLimit beyond most_cells,
-//         and where the cells cannot be joined to the seams: another variant may.
+// Errors: kInput where no vertical line of the domain meets the surface; kLimit beyond most_cells.
 // Source: docs/tessellation.md; the maximization diagram of a lower or upper envelope, with `-`
 // terms.
 Result<Arrangement> arrange(const CompoundSurface& surface, const PlanBox& domain,

@@ -187,6 +187,7 @@ void ArcCutter::settle(std::uint32_t n) {
     return;
   }
   p.kept = true;
+  if (p.seam && where.kind == ScanPlace::Kind::kEdge) return;  // the seam has said how high
   double before = z;
   bool known = false;
   for (const LabelHeight& h : p.heights) {
@@ -250,6 +251,7 @@ void ArcCutter::snap_to_border(std::uint32_t n) {
     if (is_base(surface_, h.label)) base_z = h.z;
   }
   settle(n);
+  if (node(n).seam) return;
   // What is beside or over the base there is at its own height over the new place.
   for (LabelHeight& h : node(n).heights) {
     double z = 0;
@@ -570,7 +572,8 @@ void ArcCutter::solve_border_corners() {
       const PlanCurve& curve = last ? arc.curves.back() : arc.curves.front();
       if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) continue;
       const ScanPlace where = out_.place[n];
-      if (where.kind != ScanPlace::Kind::kEdge || sheet_.twin[where.id] != kNone) continue;
+      if (node(n).seam || where.kind != ScanPlace::Kind::kEdge || sheet_.twin[where.id] != kNone)
+        continue;
       const Vec3 &u = sheet_.points[sheet_.from(where.id)], &v = sheet_.points[sheet_.to(where.id)];
       const Vec2 p = u.head<2>(), d = (v - u).head<2>();
       const double before = d.dot(at(n) - p) / d.squaredNorm();

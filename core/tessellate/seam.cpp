@@ -52,6 +52,11 @@ class SeamMaker {
     return charts_.try_emplace(label, surface_, label).first->second;
   }
   void add(Label label, const Place& p);
+  [[nodiscard]] bool is_scan(Label label) const {
+    return std::holds_alternative<ScannedSurface>(surface_.base) &&
+           solver_.ref_of(label).solid == SurfaceRef::kBase;
+  }
+  void snap(LineChange& change) const;
   void between(const Place& a, const Place& b, Label label);
   void divide(const Place& a, const Place& b, Label label, int depth);
   [[nodiscard]] bool is_clear(const Place& a, const Place& b) const;
@@ -120,6 +125,14 @@ void SeamMaker::divide(const Place& a, const Place& b, Label label, int depth) {
 }
 
 void SeamMaker::between(const Place& a, const Place& b, Label label) {
+  if (is_scan(label)) {
+    for (const Vec2& vertex : options_.profile) {
+      const bool fresh = seam_.points.empty() || seam_.points.back().along < vertex.x();
+      if (vertex.x() > a.along && vertex.x() < b.along && fresh)
+        add(label, {vertex.x(), vertex.y(), false});
+    }
+    return;
+  }
   if (options_.grid == nullptr) return divide(a, b, label, 0);
   // What a change lies beside by a thousandth of the interval, the change stands for.
   const std::vector<double>& lines = *options_.grid;
@@ -131,12 +144,35 @@ void SeamMaker::between(const Place& a, const Place& b, Label label) {
   }
 }
 
+// A change of or to a scanned base at one of its vertices is there to the digit.
+void SeamMaker::snap(LineChange& change) const {
+  const double near = 2e-10 * surface_.size;  // what arcs over a scan count as one, and a little
+  double& along = seam_.axis == 0 ? change.y : change.x;
+  const auto vertex =
+      std::lower_bound(options_.profile.begin(), options_.profile.end(), along - near,
+                       [](const Vec2& v, double at) { return v.x() < at; });
+  if (vertex == options_.profile.end() || vertex->x() > along + near) return;
+  double before = 0;
+  bool known = false;
+  for (const LabelHeight& h : change.heights) {
+    if (!is_scan(h.label)) continue;
+    before = h.z;
+    known = true;
+  }
+  if (!known) return;
+  along = vertex->x();
+  for (LabelHeight& h : change.heights) {
+    if (h.z == before) h.z = vertex->y();
+  }
+}
+
 void SeamMaker::make() {
   const Vec2 p = plan(seam_.from), q = plan(seam_.to);
   std::vector<std::uint32_t> steps;
   surface_.index.over({p.x(), q.x(), p.y(), q.y()}, steps);
   std::vector<LineChange> changes;
   ChangeSearch(surface_, vertices_, options_.flat, options_.least).find(p, q, steps, changes);
+  for (LineChange& change : changes) snap(change);
   const LineState first = surface_.evaluate(p.x(), p.y()), last = surface_.evaluate(q.x(), q.y());
   const auto height_in = [](const LineChange& change, Label label) {
     for (const LabelHeight& h : change.heights) {
@@ -168,6 +204,16 @@ void SeamMaker::make() {
 std::size_t Seam::changes() const {
   return static_cast<std::size_t>(
       std::count_if(points.begin(), points.end(), [](const SeamPoint& p) { return p.change; }));
+}
+
+TileSides::TileSides(const PlanBox& box, const TessellationOptions& options, double inset)
+    : cut{options.tile[1] > 0, options.tile[0] + 1 < options.tiles[0],
+          options.tile[1] + 1 < options.tiles[1], options.tile[0] > 0},
+      at{box.y0, box.x1, box.y1, box.x0} {
+  const auto off = [&](std::size_t side) { return cut[side] ? 0 : inset; };
+  const PlanBox inner{box.x0 + off(3), box.x1 - off(1), box.y0 + off(0), box.y1 - off(2)};
+  from = {inner.x0, inner.y0, inner.x0, inner.y0};
+  to = {inner.x1, inner.y1, inner.x1, inner.y1};
 }
 
 Seam make_seam(const Impl& surface, int axis, double at, double from, double to,

@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "core/compound/compound_impl.h"
 #include "core/tessellate/cell_tree.h"
 #include "core/tessellate/plan_curve.h"
+#include "core/tessellate/tessellate.h"
 
 namespace diesink {
 
@@ -39,6 +41,20 @@ struct SeamOptions {
   double least = 0;      // length under which enclosures are not asked for what changes
   const std::vector<double>* grid =
       nullptr;  // set: points where the seam crosses these lines, and at changes, nothing else
+  // A scanned base along the seam: its vertices, by their place along it and height, ascending. All
+  // of them that are seen are points, and nothing else of the base.
+  std::vector<Vec2> profile;
+};
+
+// The sides of a tile: bottom, right, top, left.
+struct TileSides {
+  std::array<bool, 4> cut;         // between two tiles
+  std::array<double, 4> at;        // the coordinate that is fixed
+  std::array<double, 4> from, to;  // ends of the side's seam
+  static int axis(std::size_t side) { return side % 2 == 1 ? 0 : 1; }
+
+  // `inset`: of borders of the domain, see border_inset().
+  TileSides(const PlanBox& box, const TessellationOptions& options, double inset);
 };
 
 // A function of the surface, the line and the options alone: tiles on both sides get the same bits.

@@ -29,37 +29,26 @@ double seconds_since(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// One tile of the domain, and the seams with the tiles beside it.
-struct Tile {
-  PlanBox box;
-  std::array<std::optional<Seam>, 4> seams;  // bottom, right, top, left
-};
-
 PlanBox tile_box(const TileCuts& cuts, const std::array<int, 2>& tile) {
   const auto i = static_cast<std::size_t>(tile[0]), j = static_cast<std::size_t>(tile[1]);
   return {cuts.x[i], cuts.x[i + 1], cuts.y[j], cuts.y[j + 1]};
 }
 
-Tile tile_of(const CompoundSurface& surface, const PlanBox& box, const TessellationOptions& options,
-             SeamOptions seam, const std::vector<double>* grid_x,
-             const std::vector<double>* grid_y) {
-  Tile tile;
-  tile.box = box;
-  const double inset = border_inset(surface.impl());
-  const bool cut[4] = {options.tile[1] > 0, options.tile[0] + 1 < options.tiles[0],
-                       options.tile[1] + 1 < options.tiles[1], options.tile[0] > 0};
-  const PlanBox inner{box.x0 + (cut[3] ? 0 : inset), box.x1 - (cut[1] ? 0 : inset),
-                      box.y0 + (cut[0] ? 0 : inset), box.y1 - (cut[2] ? 0 : inset)};
-  const double at[4] = {box.y0, box.x1, box.y1, box.x0};
+// The seams with the tiles beside it: bottom, right, top, left.
+std::array<std::optional<Seam>, 4> seams_of(const CompoundSurface& surface, const PlanBox& box,
+                                            const TessellationOptions& options, SeamOptions seam,
+                                            const std::vector<double>* grid_x,
+                                            const std::vector<double>* grid_y) {
+  std::array<std::optional<Seam>, 4> seams;
+  const TileSides sides(box, options, border_inset(surface.impl()));
   for (std::size_t side = 0; side < 4; ++side) {
-    if (!cut[side]) continue;
-    const bool upright = side % 2 == 1;
-    seam.grid = upright ? grid_y : grid_x;
-    tile.seams[side] =
-        make_seam(surface.impl(), upright ? 0 : 1, at[side], upright ? inner.y0 : inner.x0,
-                  upright ? inner.y1 : inner.x1, seam);
+    if (!sides.cut[side]) continue;
+    const int axis = TileSides::axis(side);
+    seam.grid = axis == 0 ? grid_y : grid_x;
+    seams[side] =
+        make_seam(surface.impl(), axis, sides.at[side], sides.from[side], sides.to[side], seam);
   }
-  return tile;
+  return seams;
 }
 
 // Below everything the surface can be made of: the same for all tiles.
@@ -138,8 +127,8 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   seam_options.shortest = sampling.shortest;
   seam_options.flat = flat_height(surface.impl(), tolerance);
   seam_options.least = std::ldexp(std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0), -22);
-  const Tile tile =
-      tile_of(surface, box, options, seam_options, region_options.grid_x, region_options.grid_y);
+  const std::array<std::optional<Seam>, 4> seams =
+      seams_of(surface, box, options, seam_options, region_options.grid_x, region_options.grid_y);
 
   // Where cells happen to lie decides how what is finer than the least cell is joined; what cannot
   // be meshed for that reason alone is found anew with cells that lie elsewhere.
@@ -152,12 +141,17 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
     arrangement_options.tolerance = tolerance;
     arrangement_options.variant = variant;
     for (std::size_t side = 0; side < 4; ++side) {
-      if (tile.seams[side]) arrangement_options.seams[side] = &*tile.seams[side];
+      if (seams[side]) arrangement_options.seams[side] = &*seams[side];
     }
     Result<Arrangement> found = arrange(surface, box, arrangement_options);
-    if (!found && found.error().code == ErrorCode::kLimit && variant + 1 < kVariants) continue;
     if (!found && tiled && found.error().code == ErrorCode::kInput) return empty_tile(box);
     if (!found) return found.error();
+    if (!found->keeps_seams) {
+      if (variant + 1 < kVariants) continue;
+      return Error{ErrorCode::kInput,
+                   "a cut between tiles runs along what cannot be told apart at the least distance",
+                   {surface.program().file}};
+    }
     arrangement.emplace(std::move(*found));
     evaluate = seconds_since(start);
     tell(0.2);

@@ -19,6 +19,7 @@
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/scan_arcs.h"
 #include "core/tessellate/scan_mesh.h"
+#include "core/tessellate/seam.h"
 
 namespace diesink {
 namespace {
@@ -38,6 +39,11 @@ struct Shares {
 };
 // Where borders come closer to one another than can be told apart, another sheet may do.
 constexpr Shares kShares[] = {{0.5, 0.1, 0}, {0.4, 0.15, 1}, {0.45, 0.05, 2}, {0.3, 0.02, 3}};
+// What the wall under a rim looks like is the same in all tiles.
+constexpr Shares kTileShares[] = {{0.5, 0.1, 0}, {0.4, 0.1, 1}, {0.45, 0.1, 2}, {0.3, 0.1, 3}};
+// Of the tolerance: what a seam between tiles leaves the chords and faces beside it, whatever the
+// sheets of the two have taken. (No sheet takes more than kShares has, but for what it moves.)
+constexpr double kSeamShare = 0.3;
 
 double seconds_since(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -54,6 +60,55 @@ Result<CompoundSurface> over_sheet(const CompoundSurface& surface, const ScanShe
   mesh.positions = sheet.points;
   mesh.triangles = sheet.triangles;
   return CompoundSurface::make(program, std::move(mesh));
+}
+
+// The border of the sheet on a cut between tiles: pieces from low to high along the cut, ascending.
+std::vector<std::array<Vec3, 2>> profile_on(const ScanSheet& sheet, int axis, double at) {
+  std::vector<std::array<Vec3, 2>> pieces;
+  const int along = 1 - axis;
+  for (std::uint32_t h = 0; h < sheet.twin.size(); ++h) {
+    if (sheet.twin[h] != ScanSheet::kNone) continue;
+    Vec3 p = sheet.points[sheet.from(h)], q = sheet.points[sheet.to(h)];
+    if (p[axis] != at || q[axis] != at) continue;
+    if (p[along] > q[along]) std::swap(p, q);
+    pieces.push_back({p, q});
+  }
+  std::sort(pieces.begin(), pieces.end(),
+            [&](const auto& a, const auto& b) { return a[0][along] < b[0][along]; });
+  return pieces;
+}
+
+// The seam of a tile over a scan. Along the cut the scan is the border of its sheet, which both
+// tiles have to the bit; a base that looks like it everywhere across the domain takes its place, so
+// that nothing depends on what either tile has made of the scan beside the cut.
+Result<Seam> scan_seam(const CompoundSurface& original, const ScanSheet& sheet, int axis, double at,
+                       double from, double to, SeamOptions options) {
+  const std::vector<std::array<Vec3, 2>> pieces = profile_on(sheet, axis, at);
+  ScanSheet ruled;
+  const double low = axis == 0 ? options.domain.x0 : options.domain.y0;
+  const double high = axis == 0 ? options.domain.x1 : options.domain.y1;
+  options.profile.clear();
+  for (const auto& piece : pieces) {
+    const auto first = static_cast<std::uint32_t>(ruled.points.size());
+    for (const Vec3& p : piece) {
+      for (const double side : {low, high}) {
+        ruled.points.push_back(p);
+        ruled.points.back()[axis] = side;
+      }
+      options.profile.emplace_back(p[1 - axis], p.z());
+    }
+    const std::uint32_t a = first, b = first + 1, c = first + 2, d = first + 3;
+    ruled.triangles.push_back({a, b, d});
+    ruled.triangles.push_back({a, d, c});
+  }
+  if (pieces.empty()) {  // a base must be somewhere: where the domain does not see it
+    const double far = 4 * original.size() + 1;
+    ruled.points = {{far, far, 0}, {far + 1, far, 0}, {far, far + 1, 0}};
+    ruled.triangles.push_back({0, 1, 2});
+  }
+  Result<CompoundSurface> surface = over_sheet(original, ruled);
+  if (!surface) return surface.error();
+  return make_seam(surface->impl(), axis, at, from, to, options);
 }
 
 // One way through; may_differ tells whether other shares may do where it fails.
@@ -86,6 +141,27 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     thin.fixed_side[2 * axis + 1] = options.tile[axis] + 1 < options.tiles[axis];
   }
   const double moved = sheet.moved;
+  const CompoundSurface::Impl& impl = original.impl();
+  const Machining& machining = original.program().machining;
+  SeamOptions seam_options;
+  seam_options.domain = {machining.x_range[0], machining.x_range[1], machining.y_range[0],
+                         machining.y_range[1]};
+  seam_options.tolerance = kSeamShare * tolerance;
+  seam_options.sag = kArcShare * seam_options.tolerance;
+  seam_options.shortest = std::fmax(0.5 * tolerance, 1e-9 * impl.size);
+  seam_options.flat = flat_height(impl, tolerance);
+  seam_options.least = std::ldexp(std::fmax(seam_options.domain.x1 - seam_options.domain.x0,
+                                            seam_options.domain.y1 - seam_options.domain.y0),
+                                  -22);
+  std::array<std::optional<Seam>, 4> seams;
+  const TileSides sides(box, options, border_inset(impl));
+  for (std::size_t side = 0; side < 4; ++side) {
+    if (!sides.cut[side]) continue;
+    Result<Seam> seam = scan_seam(original, sheet, TileSides::axis(side), sides.at[side],
+                                  sides.from[side], sides.to[side], seam_options);
+    if (!seam) return seam.error();
+    seams[side] = std::move(*seam);
+  }
   const double sheet_deviation = thin_sheet(sheet, thin) + moved;
   Result<CompoundSurface> made_surface = over_sheet(original, sheet);
   if (!made_surface) return made_surface.error();
@@ -97,10 +173,21 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
   arrangement_options.variant = shares.variant;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
+  for (std::size_t side = 0; side < 4; ++side) {
+    if (seams[side]) arrangement_options.seams[side] = &*seams[side];
+  }
   Result<Arrangement> arrangement = arrange(surface, box, arrangement_options);
+  if (!arrangement && tiled && arrangement.error().code == ErrorCode::kInput)
+    return empty_tile(box);
   if (!arrangement) {
     may_differ = arrangement.error().code == ErrorCode::kLimit;
     return arrangement.error();
+  }
+  if (!arrangement->keeps_seams) {
+    may_differ = true;
+    return Error{ErrorCode::kInput,
+                 "a cut between tiles runs along what cannot be told apart at the least distance",
+                 {original.program().file}};
   }
   const ScanArcs arcs = cut_arcs(surface.impl(), sheet, arrangement_options.least, *arrangement);
   const double evaluate = seconds_since(start);
@@ -171,7 +258,8 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
 Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanBox& box,
                                      const TessellationOptions& options) {
   std::optional<Error> first;
-  for (const Shares& shares : kShares) {
+  const bool tiled = options.tiles != std::array{1, 1};
+  for (const Shares& shares : tiled ? kTileShares : kShares) {
     bool may_differ = false;
     Result<Tessellation> made = attempt(surface, box, options, shares, may_differ);
     if (made || !may_differ) return made;

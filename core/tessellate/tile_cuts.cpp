@@ -40,6 +40,13 @@ class CutFinder {
       if (seen.label == kNoLabel || std::fabs(seen.z - apex.z()) <= flat_)
         apexes_.emplace_back(apex.head<2>());
     }
+    if (const auto* scan = std::get_if<ScannedSurface>(&surface.base)) {
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        for (const Vec3& p : scan->positions())
+          vertices_of_scan_[axis].push_back(p[static_cast<Eigen::Index>(axis)]);
+        std::sort(vertices_of_scan_[axis].begin(), vertices_of_scan_[axis].end());
+      }
+    }
   }
 
   // The cut for part k of n along an axis; `across`: cuts of the other axis already found.
@@ -59,6 +66,7 @@ class CutFinder {
   double tolerance_, flat_;
   std::vector<BodyVertices> vertices_;
   std::vector<Vec2> apexes_;
+  std::array<std::vector<double>, 2> vertices_of_scan_;  // x and y of all, ascending
 };
 
 // Whether each part of the strip shows one face, or one curve that runs across.
@@ -81,6 +89,11 @@ bool CutFinder::is_clear(int axis, double at, double half, double a, double b,
 
 bool CutFinder::is_clear(int axis, double at, double half,
                          const std::vector<double>& across) const {
+  // Vertices of a scan are points on a cut or well off it.
+  const std::vector<double>& all = vertices_of_scan_[static_cast<std::size_t>(axis)];
+  const double near = 1e-9 * surface_.size;
+  const auto first = std::lower_bound(all.begin(), all.end(), at - near);
+  if (first != all.end() && *first <= at + near) return false;
   for (const Vec2& apex : apexes_) {
     if (std::fabs(apex[axis] - at) <= half) return false;
   }

@@ -3,9 +3,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 #include "core/tessellate/tessellate.h"
+#include "tests/support/height_mesh.h"
 #include "tests/support/load_part.h"
 #include "tests/support/mesh_proof.h"
 #include "tests/support/named_cases.h"
@@ -127,6 +129,65 @@ TEST(Tiles, CutsOnWallsCreasesAndCorners) {
     TessellationOptions options;
     EXPECT_EQ(tile_faults(surface_of(text), options, {4, 2}), "") << text;
     EXPECT_EQ(tile_faults(surface_of(text), options, {2, 4}), "") << text;
+  }
+}
+
+CompoundSurface over_scan(TriangleMesh scan, const std::string& solids,
+                          const std::string& expression) {
+  for (Vec3& p : scan.positions) {  // of holes, used by no triangle
+    if (std::isnan(p.z())) p.z() = 0;
+  }
+  const PartProgram program =
+      program_of((solids.empty() ? "" : "SOLID-DEF\n" + solids) + "BSURF-DEF\nMESH,scan.stl\n" +
+                 "BOOLE-DEF\n" + expression + "\nMACHI-DEF\nTOLER,.02\n");
+  Result<CompoundSurface> surface = CompoundSurface::make(program, std::move(scan));
+  if (!surface) throw std::runtime_error(to_text(surface.error()));
+  return std::move(*surface);
+}
+
+// Over a scan the seams are its own sections, cut by the solids; even cuts fall on its vertices.
+TEST(Tiles, OverAScanMeetToTheBit) {
+  const auto relief = [](double x, double y) { return 2 * std::sin(x / 9) * std::cos(y / 7); };
+  const auto with_holes = [&](double x, double y) {
+    const bool hole = std::hypot(x - 30, y - 20) < 6 || std::hypot(x - 11, y - 9) < 3 || x > 52;
+    return hole ? std::numeric_limits<double>::quiet_NaN() : relief(x, y);
+  };
+  const std::string boss = "S1,R-CYLI,2\nP1,20,20,-5\nNOR,.1,.2,1\nRAD,7\nLEN,14\n";
+  const std::string pocket = "S2,SPHER\nP1,42,22,3\nRAD,9\n";
+  const std::string bar = box("S3", "5,18.5,-3", "58,21.5,3");
+  struct Case {
+    TriangleMesh scan;
+    std::string solids, expression;
+    std::vector<std::array<int, 2>> tilings{{2, 2}, {3, 1}, {2, 4}};
+  };
+  for (const Case& each :
+       {Case{height_mesh(0, 60, 61, 0, 40, 41, relief), "", "B"},
+        Case{height_mesh(0, 60, 61, 0, 40, 41, relief), boss + pocket, "B+S1-S2"},
+        Case{height_mesh(0, 60, 13, 0, 40, 9, relief), boss + pocket + bar, "B+S1-S2+S3"},
+        Case{height_mesh(0, 60, 121, 0, 40, 81, with_holes), "", "B", {{3, 1}, {2, 4}}},
+        Case{height_mesh(0, 60, 121, 0, 40, 81, with_holes), bar + boss, "B+S1+S3", {{3, 1}}}}) {
+    const CompoundSurface surface = over_scan(each.scan, each.solids, each.expression);
+    for (const std::array<int, 2>& tiles : each.tilings) {
+      Faults faults;
+      const Tiling tiling = make_tiles(surface, {}, tiles);
+      check_seams(tiling, false, faults);
+      const TriangleMesh all = welded(tiling);
+      check_topology(all, false, faults);
+      const Result<Tessellation> whole = tessellate(surface, {});
+      ASSERT_TRUE(whole);
+      if (open_loops(all) != open_loops(whole->mesh))
+        faults.add("loops of open sides: " + std::to_string(open_loops(all)) + " in tiles, " +
+                   std::to_string(open_loops(whole->mesh)) + " as a whole");
+      for (const Tessellation& made : tiling.made) {
+        if (made.mesh.triangles.empty()) continue;
+        check_report(made, false, faults);
+        check_deviation(surface, made, made.report.tolerance, 200, 1, faults);
+        if (made.report.uncertified_area > 0)
+          faults.add("uncertified area", made.report.uncertified_area, 0);
+      }
+      EXPECT_EQ(faults.text(), "") << each.expression << " of " << each.scan.triangles.size()
+                                   << ", " << tiles[0] << "x" << tiles[1];
+    }
   }
 }
 
