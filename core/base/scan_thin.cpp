@@ -48,7 +48,7 @@ struct HeightQuadric {
 class Thinner {
  public:
   Thinner(ScanSheet& sheet, const ThinOptions& options);
-  double run();
+  double run(std::vector<std::uint32_t>* kept);
 
  private:
   [[nodiscard]] int side(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
@@ -59,6 +59,7 @@ class Thinner {
     const Vec3 &p = points_[a], &q = points_[b], &r = points_[c];
     return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
   }
+  void take_part();
   void gather(std::uint32_t v);
   [[nodiscard]] double shape(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double edge_error(std::uint32_t a, std::uint32_t b, double most) const;
@@ -75,6 +76,8 @@ class Thinner {
   std::vector<std::uint32_t> leaving_;  // a half-edge of each vertex that is left
   std::vector<char> feature_;           // of each half-edge
   std::vector<char> locked_, gone_;
+  std::vector<char> on_chain_;           // on a border that may be straightened
+  std::vector<std::uint32_t> fan_size_;  // of each vertex at first
   std::vector<HeightQuadric> quadric_;
   std::vector<std::uint32_t> head_, next_;  // vertices gone, by the triangle they lie in
   double largest_ = 0;
@@ -87,14 +90,28 @@ class Thinner {
   std::vector<std::pair<double, std::size_t>> targets_;
 };
 
+// Leaves the part that stays: the rest has no triangles.
+void Thinner::take_part() {
+  if (options_.part.empty()) return;
+  for (std::size_t t = 0; t < sheet_.triangles.size(); ++t) {
+    if (!options_.part[t]) sheet_.triangles[t] = {kNone, kNone, kNone};
+  }
+  for (std::uint32_t& twin : sheet_.twin) {
+    if (twin != kNone && !options_.part[twin / 3]) twin = kNone;
+  }
+}
+
 Thinner::Thinner(ScanSheet& sheet, const ThinOptions& options)
     : sheet_(sheet), options_(options), points_(sheet.points), old_(sheet) {
   old_.fans(begins_, around_);
+  take_part();
   const std::size_t n = points_.size();
   leaving_.assign(n, kNone);
   locked_.assign(n, 0);
   gone_.assign(n, 0);
+  on_chain_.assign(n, 0);
   quadric_.resize(n);
+  fan_size_.assign(n, 0);
   head_.assign(sheet.triangles.size(), kNone);
   next_.assign(n, kNone);
   feature_.assign(sheet.twin.size(), 0);
@@ -102,10 +119,14 @@ Thinner::Thinner(ScanSheet& sheet, const ThinOptions& options)
   std::vector<Vec3> normals(sheet.triangles.size());
   for (std::uint32_t t = 0; t < sheet.triangles.size(); ++t) {
     const auto& v = sheet.triangles[t];
+    if (v[0] == kNone) continue;
     const Vec3 &a = points_[v[0]], &b = points_[v[1]], &c = points_[v[2]];
     const Vec3 normal = (b - a).cross(c - a);
     normals[t] = normal.normalized();
-    for (std::uint32_t k = 0; k < 3; ++k) leaving_[v[k]] = 3 * t + k;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      leaving_[v[k]] = 3 * t + k;
+      ++fan_size_[v[k]];
+    }
     if (!(normal.z() > 0)) continue;
     const double zx = -normal.x() / normal.z(), zy = -normal.y() / normal.z();
     const Vec3 p = a - origin;
@@ -115,6 +136,7 @@ Thinner::Thinner(ScanSheet& sheet, const ThinOptions& options)
   const double least = std::cos(options.feature_angle);
   std::vector<std::uint8_t> lines(n, 0), borders(n, 0);
   for (std::uint32_t h = 0; h < sheet.twin.size(); ++h) {
+    if (sheet.triangles[h / 3][0] == kNone) continue;
     const std::uint32_t twin = sheet.twin[h];
     const std::uint32_t a = sheet.from(h), b = sheet.to(h);
     if (twin == kNone) {
@@ -132,14 +154,22 @@ Thinner::Thinner(ScanSheet& sheet, const ThinOptions& options)
       continue;
     }
     if (lines[v] != 0 && (lines[v] != 2 || borders[v] != 0)) locked_[v] = 1;
+    if (!options.fixed.empty() && options.fixed[v]) locked_[v] = 1;
     if (borders[v] == 0) continue;
     // On the border only what lies between two neighbours on a side of the box.
     const Vec3& p = points_[v];
     const std::array<bool, 4> on{p.x() == options.box.x0, p.x() == options.box.x1,
                                  p.y() == options.box.y0, p.y() == options.box.y1};
-    bool straight = false;
-    for (std::size_t s = 0; s < 4; ++s) straight = straight || (on[s] && !options.fixed_side[s]);
-    if (borders[v] != 2 || !straight) locked_[v] = 1;
+    bool straight = false, fixed = false;
+    for (std::size_t s = 0; s < 4; ++s) {
+      straight = straight || (on[s] && !options.fixed_side[s]);
+      fixed = fixed || (on[s] && options.fixed_side[s]);
+    }
+    if (borders[v] == 2 && !straight && !fixed && options.may_straighten) {
+      on_chain_[v] = 1;
+    } else if (borders[v] != 2 || !straight) {
+      locked_[v] = 1;
+    }
   }
 }
 
@@ -243,7 +273,7 @@ bool Thinner::may_go_to(std::uint32_t v, std::size_t j) const {
   if (!closed_) {
     if (j != 0 && j + 1 != ring_.size()) return false;
     if (fan_.size() < 2) return false;
-    return side(ring_.front(), v, ring_.back()) == 0;
+    return on_chain_[v] || side(ring_.front(), v, ring_.back()) == 0;
   }
   bool on_line = false, along = false;
   for (std::size_t i = 0; i < fan_.size(); ++i) {
@@ -284,9 +314,10 @@ double Thinner::try_target(std::uint32_t v, std::size_t j, double most) {
     }
     return false;
   };
-  if (!place(v) || worst > most) return kInf;
+  // What lay on a border may lie beyond it now: how far is the border's own matter.
+  if ((!place(v) && !on_chain_[v]) || worst > most) return kInf;
   for (const std::uint32_t p : inside_) {
-    if (!place(p) || worst > most) return kInf;
+    if ((!place(p) && !on_chain_[p]) || worst > most) return kInf;
   }
   // New edges: from u to every other vertex of the ring but its neighbours there.
   for (std::size_t i = 0; i < ring_.size(); ++i) {
@@ -368,6 +399,10 @@ bool Thinner::thin(std::uint32_t v, double most) {
   for (std::size_t k = 0; k < std::min(kTries, targets_.size()); ++k) {
     const double error = try_target(v, targets_[k].second, most);
     if (!(error <= most)) continue;
+    if (on_chain_[v] &&
+        !options_.may_straighten(ring_.front(), v, ring_.back(), most / options_.tolerance))
+      return false;
+    if (!closed_ && options_.straightened) options_.straightened(v);
     largest_ = std::fmax(largest_, error);
     collapse(v, targets_[k].second);
     return true;
@@ -375,7 +410,7 @@ bool Thinner::thin(std::uint32_t v, double most) {
   return false;
 }
 
-double Thinner::run() {
+double Thinner::run(std::vector<std::uint32_t>* kept) {
   // A fixed order without direction: neighbours seldom follow one another.
   const std::size_t n = points_.size();
   std::vector<std::uint32_t> order;
@@ -395,7 +430,7 @@ double Thinner::run() {
   // Vertices with two fans stay.
   for (const std::uint32_t v : order) {
     gather(v);
-    if (fan_.size() != begins_[v + 1] - begins_[v]) locked_[v] = 1;
+    if (fan_.size() != fan_size_[v]) locked_[v] = 1;
   }
   const double tolerance = options_.tolerance;
   for (const double part : kPasses) {
@@ -422,6 +457,12 @@ double Thinner::run() {
     }
     triangles.push_back(made);
   }
+  if (kept != nullptr) {
+    kept->assign(points.size(), kNone);
+    for (std::uint32_t v = 0; v < n; ++v) {
+      if (number[v] != kNone) (*kept)[number[v]] = v;
+    }
+  }
   sheet_.points = std::move(points);
   sheet_.triangles = std::move(triangles);
   sheet_.make_twins();
@@ -430,8 +471,8 @@ double Thinner::run() {
 
 }  // namespace
 
-double thin_sheet(ScanSheet& sheet, const ThinOptions& options) {
-  return Thinner(sheet, options).run();
+double thin_sheet(ScanSheet& sheet, const ThinOptions& options, std::vector<std::uint32_t>* kept) {
+  return Thinner(sheet, options).run(kept);
 }
 
 }  // namespace diesink

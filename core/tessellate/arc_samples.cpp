@@ -328,22 +328,45 @@ void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const 
 double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e) const {
   const PlanArc& arc = arrangement_.arcs[a];
   const double t1 = e.t <= s.t ? static_cast<double>(arc.nodes.size() - 1) : e.t;
-  const std::size_t k = std::min(static_cast<std::size_t>(0.5 * (s.t + t1)), arc.nodes.size() - 2);
+  const ArcPoint &p = points[s.point], &q = points[e.point];
+  // Beside a scan each stretch is a curve of its own, in the plane of one facet: farthest from a
+  // chord over several of them is a point between two, or the curve beside its own chord.
+  const auto first = static_cast<std::size_t>(s.t) + 1;
+  const auto end = static_cast<std::size_t>(std::ceil(t1));
+  if (first >= end || !(has_scan(a))) return bound_of(a, 0.5 * (s.t + t1), p, q);
+  double off = 0, most = 0;
+  ArcPoint from = p;
+  for (std::size_t k = first; k <= end; ++k) {
+    const ArcPoint to = k == end ? q : point_at(a, static_cast<double>(k));
+    if (k < end) off = std::fmax(off, lifted_sag(a, p, to, q));
+    most = std::fmax(most, bound_of(a, static_cast<double>(k) - 0.5, from, to));
+    from = to;
+  }
+  return most + off;
+}
+
+bool ArcSamples::has_scan(std::uint32_t a) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  return (arc.left != kNoLabel && is_scan(arc.left)) ||
+         (arc.right != kNoLabel && is_scan(arc.right));
+}
+
+double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const ArcPoint& q) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  const std::size_t k = std::min(static_cast<std::size_t>(t), arc.nodes.size() - 2);
   const PlanCurve& curve = arc.curves[k];
   if (arc.border) {
     if (arc.left == kNoLabel || is_scan(arc.left)) return 0;
-    const ArcPoint &p = points[s.point], &q = points[e.point];
     CurvePair pair;
     pair.f = solver_.implicit(solver_.ref_of(arc.left));
     pair.g.kind = Implicit::Kind::kPlane;
     pair.g.c = Vec3(p.x, p.y, 0);
     pair.g.n = p.x == q.x ? Vec3::UnitX() : Vec3::UnitY();
-    return chord_deviation(pair, at(s.point, arc.left), at(e.point, arc.left));
+    return chord_deviation(pair, lifted(p, arc.left), lifted(q, arc.left));
   }
   if (curve.type == CurveType::kOutline) {
     if (std::holds_alternative<ScannedSurface>(surface_.base)) {
       // Straight in plan; what is beside the scan there is cut by an upright plane.
-      const ArcPoint &p = points[s.point], &q = points[e.point];
       const double length = std::hypot(q.x - p.x, q.y - p.y);
       double most = 0;
       for (const Label beside : {arc.left, arc.right}) {
@@ -353,16 +376,15 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
         pair.g.kind = Implicit::Kind::kPlane;
         pair.g.c = Vec3(p.x, p.y, 0);
         pair.g.n = Vec3((q.y - p.y) / length, (p.x - q.x) / length, 0);
-        most = std::fmax(most, chord_deviation(pair, at(s.point, beside), at(e.point, beside)));
+        most = std::fmax(most, chord_deviation(pair, lifted(p, beside), lifted(q, beside)));
       }
       return most;
     }
-    const ArcPoint &p = points[s.point], &q = points[e.point];
     const double lateral = outline_chord_deviation(surface_, {p.x, p.y}, {q.x, q.y});
     double most = lateral;
     for (const Label label : {arc.left, arc.right}) {
       if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
-        most = std::fmax(most, beside(lateral, label, s.point, e.point));
+        most = std::fmax(most, beside(lateral, label, p, q));
     }
     return most;
   }
@@ -371,14 +393,12 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
   Label own = arc.left;
   if (own == kNoLabel || !(solver_.ref_of(own) == curve.first)) own = arc.right;
   if (own == kNoLabel) own = arc.left;
-  if (curve.type == CurveType::kMeet)
-    return chord_deviation(pair, at(s.point, own), at(e.point, own));
+  if (curve.type == CurveType::kMeet) return chord_deviation(pair, lifted(p, own), lifted(q, own));
   // The curve itself, at the body's own height even where that is hidden.
-  const ArcPoint &p = points[s.point], &q = points[e.point];
   Vec3 c0(p.x, p.y, 0), c1(q.x, q.y, 0);
   if (solver_.ref_of(own) == curve.first) {
-    c0.z() = z(s.point, own);
-    c1.z() = z(e.point, own);
+    c0.z() = z_of(p, own);
+    c1.z() = z_of(q, own);
   } else {
     c0.z() = solver_.shadow_height(curve, p.x, p.y);
     c1.z() = solver_.shadow_height(curve, q.x, q.y);
@@ -387,19 +407,19 @@ double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e
   double most = lateral;
   for (const Label label : {arc.left, arc.right}) {
     if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
-      most = std::fmax(most, beside(lateral, label, s.point, e.point));
+      most = std::fmax(most, beside(lateral, label, p, q));
   }
   return most;
 }
 
 // The other side's border lies under the same plan curve: sideways as far, up and down by its slope
 // there.
-double ArcSamples::beside(double lateral, Label label, std::uint32_t a, std::uint32_t b) const {
+double ArcSamples::beside(double lateral, Label label, const ArcPoint& a, const ArcPoint& b) const {
   if (!(lateral < 1e300) || label == kNoLabel) return lateral;
   const FaceChart& chart = charts_.at(label);
   double most = lateral;
-  for (const std::uint32_t n : {a, b}) {
-    const double nz = chart.normal(at(n, label)).z();
+  for (const ArcPoint* n : {&a, &b}) {
+    const double nz = chart.normal(lifted(*n, label)).z();
     if (nz > 1e-3) most = std::fmax(most, lateral / nz);
   }
   return most;
@@ -554,6 +574,7 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double sho
   const auto found = chords_.find(key(a, b));
   if (found == chords_.end() || arrangement_.arcs[found->second.arc].seam) return {};
   const Ref ref = found->second;
+  if (has_scan(ref.arc)) return {};  // the base has been cut along it
   SampledArc& arc = arcs[ref.arc];
   const std::uint32_t next = arc.samples[ref.sample].next;
   Split result;
@@ -583,6 +604,64 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double sho
     now.samples[s].deviation = d < 1e300 ? d : now.samples[ref.sample].deviation;
   }
   return result;
+}
+
+double ArcSamples::span_bound(std::uint32_t a, std::uint32_t from, std::uint32_t to) const {
+  const SampledArc& arc = arcs[a];
+  const ArcPoint &p = points[arc.samples[from].point], &q = points[arc.samples[to].point];
+  double most = 0, off = 0;
+  // Straight in plan, and how far in height the scan's own mesh tells.
+  const PlanArc& of = arrangement_.arcs[a];
+  if (of.border && of.left != kNoLabel && is_scan(of.left)) return 0;
+  for (std::uint32_t k = from; k != to;) {
+    most = std::fmax(most, arc.samples[k].deviation);
+    k = arc.samples[k].next;
+    if (k == ArcSample::kEnd) break;
+    if (k != to) off = std::fmax(off, lifted_sag(a, p, points[arc.samples[k].point], q));
+  }
+  return most + off;
+}
+
+void ArcSamples::drop(const std::vector<char>& gone) {
+  largest_deviation = 0;
+  for (std::uint32_t a = 0; a < arcs.size(); ++a) {
+    SampledArc& arc = arcs[a];
+    bool any = false;
+    for (const ArcSample& s : arc.samples) any = any || gone[s.point] != 0;
+    if (any) {
+      // In the order of the chain; an end is never dropped.
+      std::vector<ArcSample> kept;
+      std::uint32_t k = 0;
+      for (;;) {
+        std::uint32_t next = arc.samples[k].next;
+        while (next != ArcSample::kEnd && next != 0 && gone[arc.samples[next].point] != 0)
+          next = arc.samples[next].next;
+        ArcSample s = arc.samples[k];
+        if (next != arc.samples[k].next) s.deviation = span_bound(a, k, next);
+        if (arc.samples[k].next != ArcSample::kEnd)
+          chords_.erase(key(s.point, arc.samples[arc.samples[k].next].point));
+        kept.push_back(s);
+        if (next == ArcSample::kEnd || next == 0) {
+          kept.back().next = next;
+          break;
+        }
+        kept.back().next = static_cast<std::uint32_t>(kept.size());
+        k = next;
+      }
+      for (const ArcSample& s : arc.samples) {
+        if (gone[s.point] != 0 && s.next != ArcSample::kEnd)
+          chords_.erase(key(s.point, arc.samples[s.next].point));
+      }
+      arc.samples = std::move(kept);
+      for (std::uint32_t n = 0; n < arc.samples.size(); ++n) {
+        if (arc.samples[n].next != ArcSample::kEnd)
+          chords_[key(arc.samples[n].point, arc.samples[arc.samples[n].next].point)] = {a, n};
+      }
+    }
+    for (const ArcSample& s : arc.samples) {
+      if (s.next != ArcSample::kEnd) largest_deviation = std::fmax(largest_deviation, s.deviation);
+    }
+  }
 }
 
 void ArcSamples::chain(std::uint32_t a, std::vector<std::uint32_t>& out) const {

@@ -58,7 +58,7 @@ class ArcSamples {
   void sample_all(int threads);
 
   // Splits the chord between two points that follow one another on an arc; the new point, or kNone
-  // where it is too short or cannot be.
+  // where it is too short or cannot be, and beside a scan.
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   struct Split {
     std::uint32_t point = kNone;
@@ -80,6 +80,11 @@ class ArcSamples {
   [[nodiscard]] bool is_chord(std::uint32_t a, std::uint32_t b) const {
     return chords_.contains(key(a, b));
   }
+  // The bound of the straight line between two samples of an arc in place of all chords between.
+  [[nodiscard]] double span_bound(std::uint32_t arc, std::uint32_t from, std::uint32_t to) const;
+  // Takes points out of the chains of their arcs; ends of arcs stay. By number of the point.
+  void drop(const std::vector<char>& gone);
+
   // The bound kept with the chord between two neighbouring points.
   [[nodiscard]] double chord_bound(std::uint32_t a, std::uint32_t b) const;
 
@@ -110,7 +115,15 @@ class ArcSamples {
   [[nodiscard]] double z_of(const ArcPoint& p, Label label) const;
   [[nodiscard]] bool is_scan(Label label) const;
   [[nodiscard]] double bound(std::uint32_t arc, const ArcSample& a, const ArcSample& b) const;
-  [[nodiscard]] double beside(double lateral, Label label, std::uint32_t a, std::uint32_t b) const;
+  // The same for the curve of one stretch, at t on the arc.
+  [[nodiscard]] double bound_of(std::uint32_t arc, double t, const ArcPoint& p,
+                                const ArcPoint& q) const;
+  [[nodiscard]] bool has_scan(std::uint32_t arc) const;
+  [[nodiscard]] Vec3 lifted(const ArcPoint& p, Label label) const {
+    return {p.x, p.y, z_of(p, label)};
+  }
+  [[nodiscard]] double beside(double lateral, Label label, const ArcPoint& a,
+                              const ArcPoint& b) const;
   void certify(std::uint32_t arc, std::uint32_t sample, int depth);
   std::uint32_t insert(std::uint32_t arc, std::uint32_t after, const Trial& trial);
 

@@ -1,26 +1,42 @@
-// The visible part of a scanned base as triangles: its own, cut along the arcs.
+// The visible part of a scanned base as triangles: cut along the arcs, then thinned out.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "core/base/scan_sheet.h"
+#include "core/base/scan_thin.h"
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/scan_arcs.h"
 
 namespace diesink {
 
-struct ScanMeshOptions {
-  double feature_angle = 0;  // radians: edges that turn by more are creases
-  double tolerance = 0;
-  int threads = 0;
+// The sheet with the chords of the arcs beside the base among its edges: the same surface but for
+// their sag within single triangles, what is hidden included.
+struct ScanCut {
+  ScanSheet sheet;
+  std::vector<std::uint32_t> arc_point;  // of each vertex, or ArcSamples::kNone
+  std::vector<char> base;                // of each triangle: whether it is seen
+  Label label = kNoLabel;                // of the base; kNoLabel where nothing of it is seen
+  double unproven_area = 0;  // in plan, of triangles whose edges had to give way to others
+  std::vector<ArcUse> uses;  // the arcs with the base on their left
 };
 
-// All regions of the base in one mesh, with normals split at its creases. Its triangles lie in
-// those of the sheet but for the sag of the arcs' chords. Needs: arcs cut by cut_arcs() and
-// sampled; every arc point on an edge of the sheet is a node. Errors: kInput (our own failure told
-// as such) where the borders cannot be triangulated.
-Result<RegionMesh> mesh_scan(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
-                             const ArcSamples& samples, const ScanSheet& sheet,
-                             const ScanArcs& arcs, const ScanMeshOptions& options);
+// Needs: arcs cut by cut_arcs() and sampled; every arc point on an edge of the sheet is a node.
+// Errors: kInput (our own failure told as such) where the borders cannot be triangulated.
+Result<ScanCut> cut_sheet(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
+                          const ArcSamples& samples, const ScanSheet& sheet, const ScanArcs& arcs);
+
+// Leaves what is seen and thins it; points of arcs go too, where the arc stays within `sag` of what
+// is left, and are dropped from the samples. Returns the largest vertical distance between what is
+// left and the sheet, hidden parts included.
+double thin_cut(ScanCut& cut, const Arrangement& arrangement, ArcSamples& samples,
+                ThinOptions options, double sag);
+
+// The largest bound of the chords round the base.
+double largest_bound(const ArcSamples& samples, const ScanCut& cut);
+
+// The base as a mesh, with normals split at its creases: edges that turn by more than the feature
+// angle, radians. Its deviation is that of the chords alone.
+RegionMesh mesh_base(const ArcSamples& samples, const ScanCut& cut, double feature_angle);
 
 }  // namespace diesink

@@ -1,7 +1,9 @@
-// The scan's top layer, thinned out as far as its share of the tolerance goes, takes the scan's
-// place: a piecewise flat base that differs from the scan by at most that share along every
-// vertical line. max and min keep that bound for the whole expression. Everything else is proved
-// against the surface over the thinned sheet. SPDX-License-Identifier: Apache-2.0
+// The scan's top layer takes the scan's place: triangles of which no two lie over one another. The
+// arcs between it and the solids are found over the layer as it is, so that their points lie on the
+// scan's own facets; then it is cut along them and what is seen of it is thinned out, and the
+// points of the arcs with it. Both are flat piece by piece: how far one is from the other is
+// measured, not sampled.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/tessellate_scan.h"
 
 #include <algorithm>
@@ -26,23 +28,27 @@ namespace {
 
 // Of what the sheet leaves of the tolerance: what the chords of arcs may take.
 constexpr double kArcShare = 0.35;
+// Of that: what is left of it when points of the arcs have gone again.
+constexpr double kMostSag = 1.2;
+// Of the tolerance: what the base may use even where chords leave it less.
+constexpr double kLeastSheetShare = 0.25;
 
 // Cells of the arrangement for the solids, and eight more a triangle of the sheet: a closed body in
 // place of a scan may ask for many more, for upright walls that meet solids upright.
 constexpr std::size_t kMostCells = 100'000;
 
-// Of the tolerance: what the sheet may differ from the scan, and the width in plan of what stands
-// for an upright wall of the scan.
-struct Shares {
-  double sheet, lean;
-  int variant;  // of the arrangement's cells
+// Ways through. Where borders come closer to one another than can be told apart, other cells may
+// do, or a sheet thinned out beforehand.
+struct Way {
+  double lean;    // of the tolerance: the width in plan of what stands for an upright wall
+  int variant;    // of the arrangement's cells
+  double before;  // of the tolerance: what the sheet is thinned by first
 };
-// Where borders come closer to one another than can be told apart, another sheet may do.
-constexpr Shares kShares[] = {{0.5, 0.1, 0}, {0.4, 0.15, 1}, {0.45, 0.05, 2}, {0.3, 0.02, 3}};
+constexpr Way kWays[] = {{0.1, 0, 0}, {0.15, 1, 0}, {0.05, 2, 0}, {0.1, 0, 0.3}, {0.02, 3, 0.45}};
 // What the wall under a rim looks like is the same in all tiles.
-constexpr Shares kTileShares[] = {{0.5, 0.1, 0}, {0.4, 0.1, 1}, {0.45, 0.1, 2}, {0.3, 0.1, 3}};
+constexpr Way kTileWays[] = {{0.1, 0, 0}, {0.1, 1, 0}, {0.1, 2, 0}, {0.1, 0, 0.3}, {0.1, 3, 0.45}};
 // Of the tolerance: what a seam between tiles leaves the chords and faces beside it, whatever the
-// sheets of the two have taken. (No sheet takes more than kShares has, but for what it moves.)
+// sheets of the two have taken. (No sheet takes more than kWays has, but for what it moves.)
 constexpr double kSeamShare = 0.3;
 
 double seconds_since(const std::chrono::steady_clock::time_point& start) {
@@ -113,8 +119,7 @@ Result<Seam> scan_seam(const CompoundSurface& original, const ScanSheet& sheet, 
 
 // One way through; may_differ tells whether other shares may do where it fails.
 Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box,
-                             const TessellationOptions& options, const Shares& shares,
-                             bool& may_differ) {
+                             const TessellationOptions& options, const Way& way, bool& may_differ) {
   may_differ = false;
   const double tolerance =
       options.tolerance > 0 ? options.tolerance : original.program().machining.tolerance;
@@ -125,7 +130,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   };
 
   ScanSheet sheet = top_sheet(std::get<ScannedSurface>(original.impl().base), box,
-                              shares.lean * tolerance, options.threads);
+                              way.lean * tolerance, options.threads);
   const bool tiled = options.tiles != std::array{1, 1};
   if (sheet.triangles.empty() && tiled && original.program().solids.empty()) return empty_tile(box);
   if (sheet.triangles.empty()) {
@@ -133,14 +138,12 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
         ErrorCode::kInput, "no triangle of the scan lies in the domain", {original.program().file}};
   }
   ThinOptions thin;
-  thin.tolerance = shares.sheet * tolerance;
   thin.feature_angle = feature_angle;
   thin.box = box;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     thin.fixed_side[2 * axis] = options.tile[axis] > 0;
     thin.fixed_side[2 * axis + 1] = options.tile[axis] + 1 < options.tiles[axis];
   }
-  const double moved = sheet.moved;
   const CompoundSurface::Impl& impl = original.impl();
   const Machining& machining = original.program().machining;
   SeamOptions seam_options;
@@ -162,7 +165,13 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     if (!seam) return seam.error();
     seams[side] = std::move(*seam);
   }
-  const double sheet_deviation = thin_sheet(sheet, thin) + moved;
+  // What stands for the scan differs from it by that along vertical lines; so does the whole die,
+  // as max and min keep bounds on heights.
+  double moved = sheet.moved;
+  if (way.before > 0) {
+    thin.tolerance = way.before * tolerance;
+    moved += thin_sheet(sheet, thin);
+  }
   Result<CompoundSurface> made_surface = over_sheet(original, sheet);
   if (!made_surface) return made_surface.error();
   const CompoundSurface& surface = *made_surface;
@@ -171,7 +180,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   ArrangementOptions arrangement_options;
   arrangement_options.tolerance = tolerance;
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
-  arrangement_options.variant = shares.variant;
+  arrangement_options.variant = way.variant;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
   for (std::size_t side = 0; side < 4; ++side) {
     if (seams[side]) arrangement_options.seams[side] = &*seams[side];
@@ -194,14 +203,24 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   start = std::chrono::steady_clock::now();
   tell(0.4);
 
-  const double budget = (tolerance - sheet_deviation) * (1 - 1e-6) - 4 * surface.tie_tolerance();
+  // Faces of solids and the arcs have the whole of it, the base what its arcs leave.
+  const double budget = (tolerance - moved) * (1 - 1e-6) - 4 * surface.tie_tolerance();
   SamplingOptions sampling;
   sampling.sag = kArcShare * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
   ArcSamples samples(surface.impl(), *arrangement, sampling);
   samples.sample_all(options.threads);
-  tell(0.6);
+  tell(0.5);
+  may_differ = true;
+
+  Result<ScanCut> cut = cut_sheet(surface.impl(), *arrangement, samples, sheet, arcs);
+  if (!cut) return cut.error();
+  const double most_sag = kMostSag * sampling.sag;
+  thin.tolerance = std::fmax(kLeastSheetShare * budget,
+                             budget - std::fmax(most_sag, largest_bound(samples, *cut)));
+  const double thinned = thin_cut(*cut, *arrangement, samples, thin, most_sag);
+  tell(0.7);
 
   RegionOptions region_options;
   region_options.tolerance = budget;
@@ -210,16 +229,10 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   region_options.skip_base = true;
   Result<std::vector<RegionMesh>> regions =
       mesh_regions(surface.impl(), *arrangement, samples, region_options);
-  may_differ = true;
   if (!regions) return regions.error();
-  ScanMeshOptions scan_options;
-  scan_options.feature_angle = feature_angle;
-  scan_options.tolerance = budget;
-  scan_options.threads = options.threads;
-  Result<RegionMesh> base =
-      mesh_scan(surface.impl(), *arrangement, samples, sheet, arcs, scan_options);
-  if (!base) return base.error();
-  if (!base->triangles.empty()) regions->insert(regions->begin(), std::move(*base));
+  RegionMesh base = mesh_base(samples, *cut, feature_angle);
+  base.largest_deviation += thinned;
+  if (!base.triangles.empty()) regions->insert(regions->begin(), std::move(base));
   tell(0.9);
 
   Result<Tessellation> made = assemble(surface, *arrangement, samples, *regions, options);
@@ -240,11 +253,10 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
     const std::string name = surface.element_name(r.label);
     for (ElementReport& e : report.elements) {
-      if (e.name == name)
-        e.max_deviation = std::fmax(e.max_deviation, r.largest_deviation + sheet_deviation);
+      if (e.name == name) e.max_deviation = std::fmax(e.max_deviation, r.largest_deviation + moved);
     }
   }
-  report.certified_deviation += sheet_deviation;
+  report.certified_deviation += moved;
   report.uncertified_area +=
       (samples.unproven_length + arcs.unsolved_length) * 2 * report.certified_deviation;
   report.seconds_evaluate = evaluate;
@@ -259,12 +271,14 @@ Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanB
                                      const TessellationOptions& options) {
   std::optional<Error> first;
   const bool tiled = options.tiles != std::array{1, 1};
-  for (const Shares& shares : tiled ? kTileShares : kShares) {
+  bool limit = false;  // too many cells for the scan as it is
+  for (const Way& way : tiled ? kTileWays : kWays) {
+    if (limit && way.before == 0) continue;
     bool may_differ = false;
-    Result<Tessellation> made = attempt(surface, box, options, shares, may_differ);
+    Result<Tessellation> made = attempt(surface, box, options, way, may_differ);
     if (made || !may_differ) return made;
     if (!first) first = made.error();
-    if (made.error().code == ErrorCode::kLimit) break;
+    limit = limit || made.error().code == ErrorCode::kLimit;
   }
   // Nothing proved: the grid tells so itself.
   TessellationOptions plain = options;

@@ -74,7 +74,7 @@ std::string faults_over(const CompoundSurface& surface, bool solid,
   check_report(*made, solid, faults);
   const double t = made->report.tolerance;
   check_deviation(surface, *made, t, options.samples, options.seed, faults);
-  check_curves(surface, *made, faults, t);
+  check_curves(surface, *made, faults);
   if (made->report.uncertified_area > 0)
     faults.add("uncertified area", made->report.uncertified_area, 0.0);
   return faults.text();
@@ -182,7 +182,11 @@ TEST(TessellateScan, ThinnedSheetKeepsItsWord) {
   const ScannedSurface& scan = std::get<ScannedSurface>(surface.impl().base);
   ScanSheet sheet = top_sheet(scan, scan.plan_box(), 1e-3);
   const std::size_t before = sheet.triangles.size();
-  const double told = thin_sheet(sheet, {0.03, 0.5, scan.plan_box(), {}});
+  ThinOptions how;
+  how.tolerance = 0.03;
+  how.feature_angle = 0.5;
+  how.box = scan.plan_box();
+  const double told = thin_sheet(sheet, how);
   EXPECT_LT(sheet.triangles.size(), before / 3);
   EXPECT_LE(told, 0.03);
   TriangleMesh mesh;
