@@ -131,7 +131,10 @@ ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile
   WriteOptions write;
   write.lines = true;
   write.tolerance = 2 * options.tolerance.value_or(0);  // writers keep half of it
-  const Result<WrittenMesh> written = write_mesh(files, target, in.mesh, options.out, write);
+  const Result<WrittenMesh> written = [&] {
+    const ProgressSpan span(progress.told(), 0, 1);
+    return write_mesh(files, target, in.mesh, options.out, write);
+  }();
   if (!written) return report(written.error());
   warn(target.path, written->notes);
   report(told);

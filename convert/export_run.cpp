@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "convert/paths.h"
+#include "core/parallel.h"
 #include "core/tessellate/tile_cuts.h"
 
 namespace diesink {
@@ -142,7 +143,12 @@ Status Exporter::write_tile(const Tessellation& made, const std::array<int, 2>& 
   add_tile(own, made, true);
   own.surface.tolerance = tolerance_;
   write.extras_json = to_json(own, false);
-  for (const MeshTarget& target : targets_) {
+  const auto share = [&](std::size_t files) {
+    return static_cast<double>(files) / static_cast<double>(targets_.size());
+  };
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    const MeshTarget& target = targets_[i];
+    const ProgressSpan span(progress_.told(), share(i), share(i + 1));
     MeshTarget to = target;
     if (options_.tiles != std::array{1, 1}) to.path = before_ending(target.path, tile_name(tile));
     Result<WrittenMesh> done = write_mesh(files_, to, made.mesh, options_.mesh, write);

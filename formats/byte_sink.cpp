@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "core/parallel.h"
 #include "formats/text_number.h"
 
 namespace diesink {
@@ -30,6 +31,9 @@ ByteWriter::ByteWriter(ByteSink& sink) : sink_(sink), buffer_(new char[kBuffer])
 void ByteWriter::flush() {
   if (status_ && used_ > 0) status_ = sink_.put(std::as_bytes(std::span(buffer_.get(), used_)));
   used_ = 0;
+  if (expected_ > 0) {
+    tell_progress(static_cast<double>(passed_) / static_cast<double>(expected_));
+  }
 }
 
 ByteWriter& ByteWriter::operator<<(std::string_view text) {

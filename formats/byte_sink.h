@@ -61,6 +61,11 @@ class ByteWriter {
   }
   void wrote(const char* end) { used_ = static_cast<std::size_t>(end - buffer_.get()); }
 
+  // How many things the writer is going to put, of whatever kind: each full buffer then tells
+  // (tell_progress, core/parallel.h) the share of them that has passed().
+  void expect(std::size_t things) { expected_ = things; }
+  void passed(std::size_t things = 1) { passed_ += things; }
+
   ByteWriter& operator<<(std::string_view text);
   ByteWriter& operator<<(char c);
   ByteWriter& operator<<(double number);
@@ -77,6 +82,7 @@ class ByteWriter {
   ByteSink& sink_;
   std::unique_ptr<char[]> buffer_;
   std::size_t used_ = 0;
+  std::size_t expected_ = 0, passed_ = 0;
   Status status_ = ok();
 };
 

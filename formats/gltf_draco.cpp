@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel.h"
 #include "formats/gltf_color.h"
 
 namespace diesink {
@@ -123,11 +124,13 @@ Status compress(const TriangleMesh& mesh, const WriteOptions& options, GltfLayou
                            " bits, coarser than the tolerance");
   }
 
-  std::size_t plain = 0;
+  std::size_t plain = 0, done = 0;  // elements, indices
   for (GltfPrimitive& primitive : layout.primitives) {
     if (primitive.lines) continue;
     std::vector<LinearColor> colors;
     auto blob = encode_draco(source_of(mesh, layout, primitive, colors), grid, options.draco_speed);
+    done += primitive.index_count;
+    tell_progress(static_cast<double>(done) / static_cast<double>(3 * mesh.triangles.size()));
     if (!blob) {
       if (blob.error().code != ErrorCode::kUnsupported) return blob.error();
       ++plain;

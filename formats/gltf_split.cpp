@@ -52,26 +52,47 @@ Status check(const TriangleMesh& mesh, bool with_normals) {
     return wrong("the mesh has " + std::to_string(mesh.vertex_colors.size()) +
                  " vertex colours, expected " + std::to_string(mesh.positions.size()));
   }
-  for (const std::uint32_t element : mesh.triangle_element) {
-    if (element >= std::max<std::size_t>(mesh.elements.size(), 1)) {
-      return wrong("a triangle belongs to element " + std::to_string(element) + " of " +
-                   std::to_string(mesh.elements.size()));
-    }
-  }
   return ok();
 }
 
-// Triangle numbers grouped by element, in the order of the mesh within each; empty where they are
-// already so.
-std::vector<std::uint32_t> order_by_element(const TriangleMesh& mesh,
-                                            const std::vector<std::size_t>& first) {
-  if (std::is_sorted(mesh.triangle_element.begin(), mesh.triangle_element.end())) return {};
-  std::vector<std::size_t> next = first;
-  std::vector<std::uint32_t> order(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    order[next[mesh.triangle_element[t]]++] = static_cast<std::uint32_t>(t);
+// The mesh's triangles, element by element.
+struct ElementOrder {
+  std::vector<std::size_t> first;    // of each element, and the end
+  std::vector<std::uint32_t> order;  // triangle numbers, those of an element as the mesh has them;
+                                     // empty where the mesh's own order is already this one
+};
+
+Result<ElementOrder> order_by_element(const TriangleMesh& mesh) {
+  const std::vector<std::uint32_t>& of = mesh.triangle_element;
+  const std::size_t element_count = std::max<std::size_t>(mesh.elements.size(), 1);
+  ElementOrder found;
+  found.first.assign(element_count + 1, 0);
+  if (of.empty()) {
+    std::fill(found.first.begin() + 1, found.first.end(), mesh.triangles.size());
+    return found;
   }
-  return order;
+  const bool sorted = std::is_sorted(of.begin(), of.end());
+  const std::uint32_t most = sorted ? of.back() : *std::max_element(of.begin(), of.end());
+  if (most >= element_count) {
+    return wrong("a triangle belongs to element " + std::to_string(most) + " of " +
+                 std::to_string(mesh.elements.size()));
+  }
+  if (sorted) {
+    auto at = of.begin();
+    for (std::size_t e = 0; e < element_count; ++e) {
+      at = std::upper_bound(at, of.end(), static_cast<std::uint32_t>(e));
+      found.first[e + 1] = static_cast<std::size_t>(at - of.begin());
+    }
+    return found;
+  }
+  for (const std::uint32_t element : of) ++found.first[element + 1];
+  for (std::size_t e = 0; e < element_count; ++e) found.first[e + 1] += found.first[e];
+  std::vector<std::size_t> next = found.first;
+  found.order.resize(of.size());
+  for (std::size_t t = 0; t < of.size(); ++t) {
+    found.order[next[of[t]]++] = static_cast<std::uint32_t>(t);
+  }
+  return found;
 }
 
 // The vertices made so far for each position, all within one primitive.
@@ -124,21 +145,32 @@ class RunFinder {
 
   bool find(std::span<const Triangle> triangles, std::span<const Triangle> normals,
             SplitPrimitive& primitive) {
-    if (!normals.empty() &&
-        std::memcmp(triangles.data(), normals.data(), triangles.size_bytes()) != 0) {
-      return false;
+    if (++stamp_ == 0) {
+      std::fill(seen_.begin(), seen_.end(), std::uint8_t{0});
+      stamp_ = 1;
     }
+    // Bytes may be anything's for the compiler; these are nobody's but ours.
+    std::uint8_t* const seen = seen_.data();
+    const std::uint8_t stamp = stamp_;
     std::uint32_t low = 0xFFFFFFFFu, high = 0;
-    for (const std::uint32_t v : flat(triangles)) {
-      low = std::min(low, v);
-      high = std::max(high, v);
+    constexpr std::size_t kBlock = 1024;  // triangles, which stay in the nearest cache meanwhile
+    for (std::size_t t = 0; t < triangles.size(); t += kBlock) {
+      const auto block = triangles.subspan(t, std::min(kBlock, triangles.size() - t));
+      if (!normals.empty() &&
+          std::memcmp(block.data(), normals.data() + t, block.size_bytes()) != 0) {
+        return false;
+      }
+      for (const std::uint32_t v : flat(block)) {
+        low = std::min(low, v);
+        high = std::max(high, v);
+      }
+      if (high >= seen_.size()) return false;
+      for (const std::uint32_t v : flat(block)) seen[v] = stamp;
     }
     const std::size_t count = std::size_t{high} - low + 1;
-    if (high >= seen_.size() || count > 3 * triangles.size()) return false;
+    if (count > 3 * triangles.size()) return false;
     const auto begin = seen_.begin() + low, end = begin + static_cast<std::ptrdiff_t>(count);
-    std::fill(begin, end, std::uint8_t{0});
-    for (const std::uint32_t v : flat(triangles)) seen_[v] = 1;
-    if (std::find(begin, end, std::uint8_t{0}) != end) return false;
+    if (std::any_of(begin, end, [stamp](std::uint8_t at) { return at != stamp; })) return false;
     primitive.as_given = true;
     primitive.first_vertex = low;
     primitive.vertex_count = static_cast<std::uint32_t>(count);
@@ -146,7 +178,8 @@ class RunFinder {
   }
 
  private:
-  std::vector<std::uint8_t> seen_;
+  std::vector<std::uint8_t> seen_;  // the stamp of the last primitive that uses the position
+  std::uint8_t stamp_ = 0;
 };
 
 }  // namespace
@@ -157,15 +190,10 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
   const std::size_t triangle_count = mesh.triangles.size();
   if (triangle_count == 0) return split;
 
-  const std::size_t element_count = std::max<std::size_t>(mesh.elements.size(), 1);
-  std::vector<std::size_t> first(element_count + 1, 0);
-  if (mesh.triangle_element.empty()) {
-    std::fill(first.begin() + 1, first.end(), triangle_count);
-  } else {
-    for (const std::uint32_t element : mesh.triangle_element) ++first[element + 1];
-    for (std::size_t e = 0; e < element_count; ++e) first[e + 1] += first[e];
-  }
-  const std::vector<std::uint32_t> order = order_by_element(mesh, first);
+  const Result<ElementOrder> by_element = order_by_element(mesh);
+  if (!by_element) return by_element.error();
+  const auto& [first, order] = *by_element;
+  const std::size_t element_count = first.size() - 1;
 
   std::optional<RunFinder> finder;
   if (runs && order.empty()) {

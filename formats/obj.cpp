@@ -86,6 +86,7 @@ void write_vertices(const TriangleMesh& mesh, ByteWriter& out) {
     }
     *at++ = '\n';
     out.wrote(at);
+    out.passed();
   }
 }
 
@@ -105,6 +106,7 @@ void write_faces(const TriangleMesh& mesh, std::span<const std::uint32_t> triang
     }
     *at++ = '\n';
     out.wrote(at);
+    out.passed();
   }
 }
 
@@ -133,12 +135,14 @@ Result<WrittenMesh> stream_obj(const TriangleMesh& mesh, const WriteOptions& opt
   if (!materials.list.empty()) out << "mtllib " << library << '\n';
 
   const bool normals = options.normals && !mesh.corner_normals.empty();
+  out.expect(mesh.positions.size() + (normals ? mesh.normals.size() : 0) + mesh.triangles.size());
   write_vertices(mesh, out);
   if (normals) {
     for (const Vec3& n : mesh.normals) {
       char* at = put_coordinates(out.room(8 * kMaxNumberText), "vn", n);
       *at++ = '\n';
       out.wrote(at);
+      out.passed();
     }
   }
   const ElementRuns runs = element_runs(mesh);

@@ -19,6 +19,7 @@ Result<WrittenMesh> stream_off(const TriangleMesh& mesh, const WriteOptions& opt
   const Result<ByteSink*> sink = files.file("");
   if (!sink) return sink.error();
   ByteWriter out(**sink);
+  out.expect(mesh.positions.size() + mesh.triangles.size());
   const bool vertex_colors = !mesh.vertex_colors.empty();
   out << (vertex_colors ? "COFF\n" : "OFF\n") << std::uint64_t{mesh.positions.size()} << ' '
       << std::uint64_t{mesh.triangles.size()} << " 0\n";
@@ -35,6 +36,7 @@ Result<WrittenMesh> stream_off(const TriangleMesh& mesh, const WriteOptions& opt
     }
     at[-1] = '\n';
     out.wrote(at);
+    out.passed();
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     char* at = out.room(8 * kMaxNumberText);
@@ -52,6 +54,7 @@ Result<WrittenMesh> stream_off(const TriangleMesh& mesh, const WriteOptions& opt
     }
     *at++ = '\n';
     out.wrote(at);
+    out.passed();
   }
   // Behind the data, where nobody looks: OpenMesh's reader takes a comment for the counts.
   out << "# " << one_line(options.program_comment) << '\n';

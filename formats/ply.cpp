@@ -103,6 +103,7 @@ class Row {
   void end() {
     if (ascii_) at_[-1] = '\n';
     out_.wrote(at_);
+    out_.passed();
   }
 
  private:
@@ -191,6 +192,8 @@ Result<WrittenMesh> stream_ply(const TriangleMesh& mesh, const WriteOptions& opt
   const NormalPlan normals = plan_normals(mesh, options);
   const std::vector<Edge> edges = edges_of(mesh, options);
   write_header(mesh, options, normals, edges.size(), out);
+  out.expect(mesh.positions.size() + mesh.triangles.size() +
+             (normals.split ? mesh.normals.size() : 0) + edges.size());
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     Row row(out, options.ascii);
     for (int i = 0; i < 3; ++i) row.real(mesh.positions[v][i]);

@@ -102,6 +102,7 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
   ByteWriter out(**sink);
   const std::array<char, 80> header = binary_header(mesh, options);
   out << std::string_view(header.data(), header.size());
+  out.expect(mesh.triangles.size());
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   char* at = out.room(4);
   std::memcpy(at, &count, 4);
@@ -118,6 +119,7 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
     const std::uint16_t attribute = attributes[element_of(mesh, i)];
     std::memcpy(at + 48, &attribute, 2);
     out.wrote(at + kStlFacetBytes);
+    out.passed();
   }
   if (const Status done = out.finish(); !done) return done.error();
   return written;
@@ -138,6 +140,7 @@ Result<WrittenMesh> stream_ascii(const TriangleMesh& mesh, FileSet& files) {
   const Result<ByteSink*> sink = files.file("");
   if (!sink) return sink.error();
   ByteWriter out(**sink);
+  out.expect(mesh.triangles.size());
   const ElementRuns runs = element_runs(mesh);
   for (std::size_t e = 0; e < runs.count(); ++e) {
     // An element without triangles is no solid; a mesh without any is still a file that says so.
@@ -158,6 +161,7 @@ Result<WrittenMesh> stream_ascii(const TriangleMesh& mesh, FileSet& files) {
       for (const std::uint32_t corner : t) at = put_vector(at, "   vertex", mesh.positions[corner]);
       std::memcpy(at, kEnd.data(), kEnd.size());
       out.wrote(at + kEnd.size());
+      out.passed();
     }
     out << "endsolid" << blank << name << '\n';
   }

@@ -26,14 +26,15 @@ std::string scale_number(const Paint& paint, int step) {
   return short_number(paint.low + span * step / kScaleSteps, span);
 }
 
-const char* title_of(Coloring coloring) {
+std::string title_of(Coloring coloring, const std::string& unit) {
+  const std::string in_unit = unit.empty() ? "" : ", " + unit;
   switch (coloring) {
     case Coloring::kHeight:
-      return "height";
+      return "height" + in_unit;
     case Coloring::kSlope:
       return "slope, deg";
     case Coloring::kDeviation:
-      return "deviation";
+      return "deviation" + in_unit;
     case Coloring::kElement:
       break;
   }
@@ -68,9 +69,9 @@ void list_elements(const Film& film, const Paint& paint, const Layout& layout, C
   }
 }
 
-void draw_scale(const Paint& paint, const Layout& layout, Canvas& canvas) {
+void draw_scale(const Paint& paint, const Layout& layout, const std::string& unit, Canvas& canvas) {
   const double left = layout.legend.left, right = left + 1.5 * layout.letter;
-  canvas.text(title_of(paint.coloring), Vec2(left, layout.legend.top + layout.letter),
+  canvas.text(title_of(paint.coloring, unit), Vec2(left, layout.legend.top + layout.letter),
               layout.letter, kInk);
   const double top = std::floor(layout.legend.top + 2.5 * layout.letter);  // whole rows of pixels
   const double bottom =
@@ -129,7 +130,8 @@ void draw_axes(const Camera& camera, const Layout& layout, Canvas& canvas) {
 
 }  // namespace
 
-Layout make_layout(std::size_t width, std::size_t height, const Paint& paint, bool bare) {
+Layout make_layout(std::size_t width, std::size_t height, const Paint& paint,
+                   const std::string& unit, bool bare) {
   const auto w = static_cast<double>(width), h = static_cast<double>(height);
   Layout layout;
   const double margin = 0.03 * std::min(w, h);
@@ -142,7 +144,7 @@ Layout make_layout(std::size_t width, std::size_t height, const Paint& paint, bo
       if (each.listed) widest = std::max(widest, text_width(each.name, layout.letter));
     }
   } else {
-    widest = text_width(title_of(paint.coloring), layout.letter) - 2 * layout.letter;
+    widest = text_width(title_of(paint.coloring, unit), layout.letter) - 2 * layout.letter;
     for (int step = 0; step <= kScaleSteps; ++step) {
       widest = std::max(widest, text_width(scale_number(paint, step), layout.letter));
     }
@@ -171,7 +173,7 @@ void annotate(const Film& film, const Camera& camera, const Paint& paint, const 
     if (paint.coloring == Coloring::kElement) {
       list_elements(film, paint, layout, canvas);
     } else {
-      draw_scale(paint, layout, canvas);
+      draw_scale(paint, layout, unit, canvas);
     }
   }
   draw_scale_bar(camera, layout, unit, canvas);

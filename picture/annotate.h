@@ -19,8 +19,9 @@ struct Layout {
 };
 
 // Room for the longest name or number of the legend at the right, and for the scale bar and axes at
-// the bottom; `bare`: all of it for the surface.
-Layout make_layout(std::size_t width, std::size_t height, const Paint& paint, bool bare);
+// the bottom; `unit` is what a scale says behind its name; `bare`: all of it for the surface.
+Layout make_layout(std::size_t width, std::size_t height, const Paint& paint,
+                   const std::string& unit, bool bare);
 
 // A length of 1, 2 or 5 times a power of ten, the largest not above `most`.
 // Needs: most > 0.

@@ -89,7 +89,8 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
   Paint paint{options.coloring, &palette, &surface};
   const double tolerance = surface.program().machining.tolerance;
   set_scale(paint, {Vec3::Zero(), Vec3::Zero()}, tolerance);
-  Layout layout = make_layout(width_of(options), height_of(options), paint, options.bare);
+  Layout layout = make_layout(width_of(options), height_of(options), paint,
+                              unit_text(surface.program().unit), options.bare);
   const bool deviation = options.coloring == Coloring::kDeviation;
   const bool plan = options.view == View::kPlan;
   TessellationOptions how;
@@ -116,7 +117,8 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
   }
   const Box box = box_of(mesh);
   set_scale(paint, box, tolerance);
-  layout = make_layout(width_of(options), height_of(options), paint, options.bare);
+  layout =
+      make_layout(width_of(options), height_of(options), paint, unit_text(mesh.unit), options.bare);
   const Camera camera = make_camera(options.view, box, layout.surface);
   Film film(width_of(options), height_of(options));
   const ProgressSpan span(options.progress, 0.2, 0.7);
@@ -148,7 +150,8 @@ Result<Picture> preview(const TriangleMesh& given, const PreviewOptions& options
   Paint paint{options.coloring, &palette, nullptr};
   const Box box = box_of(mesh);
   set_scale(paint, box, 0);
-  const Layout layout = make_layout(width_of(options), height_of(options), paint, options.bare);
+  const Layout layout =
+      make_layout(width_of(options), height_of(options), paint, unit_text(mesh.unit), options.bare);
   const Camera camera = make_camera(options.view, box, layout.surface);
   Film film(width_of(options), height_of(options));
   const ProgressSpan span(options.progress, 0, 0.7);

@@ -247,6 +247,14 @@ TEST(Gltf, WrongMeshesAreRefused) {
   mesh = test::die_mesh();
   mesh.corner_normals[5][1] = 1'000'000;
   EXPECT_FALSE(kGlb.write(mesh, {}));
+  for (const std::size_t triangle : {std::size_t{0}, mesh.triangles.size() - 1}) {
+    mesh = test::die_mesh();  // its triangles are in the order of their elements, or no longer
+    mesh.triangle_element[triangle] = static_cast<std::uint32_t>(mesh.elements.size());
+    const auto refused = kGlb.write(mesh, {});
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("belongs to element 3 of 3"), std::string::npos)
+        << refused.error().message;
+  }
   mesh = test::die_mesh();
   mesh.curves[0].vertices[0] = 1'000'000;
   WriteOptions options;

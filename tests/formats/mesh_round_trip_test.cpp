@@ -1,9 +1,13 @@
 // What a format can hold comes back to the bit: STL, OBJ, PLY and OFF, each alone and each after
 // another. SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "core/parallel.h"
 #include "formats/mesh_file.h"
 #include "formats/registry.h"
 #include "tests/formats/round_trip.h"
@@ -114,6 +118,35 @@ TEST(MeshRoundTrip, ADie) {
     if (kind.format->sharing == Keeps::kYes) {
       EXPECT_EQ(back.positions.size(), die.positions.size());
     }
+  }
+}
+
+// Each full buffer of a megabyte, each element with Draco, tells the share that is written.
+TEST(MeshRoundTrip, WritersTellHowFarTheyAre) {
+  const TriangleMesh mesh = test::die_mesh(220, 60, 7);
+  struct Case {
+    const Format* format;
+    bool ascii = false, draco = false;
+  };
+  for (const Case& each : {Case{&kStl}, Case{&kStl, true}, Case{&kObj}, Case{&kPly},
+                           Case{&kPly, true}, Case{&kOff}, Case{&kGlb}, Case{&kGlb, false, true}}) {
+    WriteOptions options;
+    options.ascii = each.ascii;
+    options.draco = each.draco;
+    options.lines = true;
+    std::vector<double> told;
+    const std::function<void(double)> tell = [&](double part) { told.push_back(part); };
+    {
+      const ProgressSpan span(tell, 0, 1);
+      ASSERT_TRUE(each.format->write(mesh, options));
+    }
+    const std::string what =
+        std::string(each.format->id) + (each.ascii ? " ascii" : "") + (each.draco ? " draco" : "");
+    ASSERT_GE(told.size(), 2U) << what;
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << what;
+    EXPECT_GT(told.front(), 0) << what;
+    EXPECT_LT(told.front(), 0.7) << what;
+    EXPECT_NEAR(told.back(), 1, 1e-12) << what;
   }
 }
 
