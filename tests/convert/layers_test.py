@@ -18,6 +18,28 @@ INCLUDE = re.compile(r'#include "([a-z_]+)/')
 SYSTEM_INCLUDE = re.compile(r"#include <([A-Za-z_0-9]+)/")
 # Public headers name no third party but Eigen, whose fixed-size vectors they use.
 PUBLIC_THIRD_PARTY = {"Eigen", "sys"}
+# The check of tool paths shares the cutter's shape with their planning and nothing else.
+MACHINING = "core/machining"
+CHECKING = {"gouge_search", "height_pyramid", "lattice_check", "move_merger", "sweep_depth", "swept_heights", "verify"}
+SHARED = {"cutter", "wide_surface"}  # the second is the surface that both are given
+
+
+def machining_faults(root):
+    files = sorted(p for p in (root / MACHINING).iterdir() if p.suffix in (".h", ".cpp"))
+    missing = (CHECKING | SHARED) - {p.stem for p in files}
+    if missing:
+        yield f"{MACHINING}: no {', '.join(sorted(missing))}; the layers of the check are not known"
+    for path in files:
+        if path.stem in SHARED:
+            allowed = SHARED
+        elif path.stem in CHECKING:
+            allowed = CHECKING | {"cutter"}
+        else:
+            allowed = {p.stem for p in files} - CHECKING
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            for name in re.findall(rf'#include "{MACHINING}/(\w+)\.h"', line):
+                if name not in allowed:
+                    yield f"{path.relative_to(root)}:{number}: planning and checking know each other: {line.strip()}"
 
 
 def public_headers(folder):
@@ -52,7 +74,8 @@ def faults(root):
 
 
 def main():
-    found = list(faults(pathlib.Path(sys.argv[1])))
+    root = pathlib.Path(sys.argv[1])
+    found = list(faults(root)) + list(machining_faults(root))
     for each in found:
         print(each)
     print(f"{len(found)} includes against the layers")
