@@ -168,6 +168,7 @@ LatticeCheck::LatticeCheck(const CompoundSurface& surface, const CutterShape& cu
       slack_(options.outtol),
       z_(&heights),
       mesh_(&mesh),
+      least_touch_(2 * deviation),
       touch_(2 * deviation + limit_ / 16),
       pyramid_(wide(lattice, cutter),
                heights_over(surface, wide(lattice, cutter), options.threads).z) {}
@@ -179,13 +180,14 @@ bool LatticeCheck::in_domain(const Vec2& p) const {
          p.y() <= lattice_.y(lattice_.rows - 1) + hair;
 }
 
-bool LatticeCheck::reachable(std::size_t i, std::size_t j, double z, const Vec3& n) const {
+bool LatticeCheck::reachable(std::size_t i, std::size_t j, double z, const Vec3& n,
+                             double stays) const {
   const double flat = n.head<2>().norm();
   const double shift = cutter_.corner() + (flat > 1e-9 ? cutter_.flat() / flat : 0);
   const Vec3 tip(lattice_.x(i) + shift * n.x(), lattice_.y(j) + shift * n.y(),
                  z + cutter_.corner() * (n.z() - 1));
   return in_domain(tip.head<2>()) && pyramid_.clears(cutter_, tip, slack_) &&
-         mesh_->stands_free(tip, touch_);
+         mesh_->stands_free(tip, std::clamp(stays - limit_, least_touch_, touch_));
 }
 
 double LatticeCheck::depth_of_free_cutter(std::size_t i, std::size_t j, double z) const {
@@ -250,7 +252,7 @@ RowFindings LatticeCheck::row(std::size_t j, const SweptHeights& swept, float* h
     if (cut && stays > limit_ && left[k] - z < 8 * limit_) {
       stays = std::min(stays, distance(top, left[k] - z));
     }
-    if ((!cut || stays > limit_) && !reachable(i, j, z, n)) {
+    if ((!cut || stays > limit_) && !reachable(i, j, z, n, cut ? stays : kInfinity)) {
       double beside = 0;
       if (cut && steep_beside(left, i, j)) beside = depth_of_free_cutter(i, j, left[k]);
       if (!(beside > limit_)) {

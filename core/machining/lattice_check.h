@@ -55,7 +55,8 @@ class LatticeCheck {
  private:
   // Equation (6) puts the cutter on the point; it must clear everything around and stand in the
   // domain.
-  [[nodiscard]] bool reachable(std::size_t i, std::size_t j, double z, const Vec3& n) const;
+  [[nodiscard]] bool reachable(std::size_t i, std::size_t j, double z, const Vec3& n,
+                               double stays) const;
   // How deep a cutter that stands free, in the domain, may hold the point: 0 where not deeper than
   // the limit. Beside walls, where no contact is at the point itself.
   [[nodiscard]] double depth_of_free_cutter(std::size_t i, std::size_t j, double z) const;
@@ -74,7 +75,7 @@ class LatticeCheck {
   const GougeSearch* mesh_;
   // So deep a cutter still counts as standing free: on the true surface it is in the mesh by up to
   // the deviation, and a touch is quicker told with some room.
-  double touch_;
+  double least_touch_, touch_;
   HeightPyramid pyramid_;  // coarse and quick, before the mesh is asked
 };
 

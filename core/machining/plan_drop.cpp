@@ -13,6 +13,7 @@
 #include "core/machining/path_fit.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/path_links.h"
+#include "core/machining/segment_profile.h"
 #include "core/machining/steep_regions.h"
 #include "core/machining/strip_refine.h"
 #include "core/machining/tool_path_plan.h"
@@ -164,7 +165,7 @@ class DropPlanner {
     const std::size_t begin = b * kPassesABlock, end = std::min(begin + kPassesABlock, ys_.size());
     // The last row may begin a block of its own, without a strip.
     const auto items = pieces.of(std::min(begin, ys_.size() - 2) / kPassesABlock);
-    StripRefiner refiner(offset_, frame_, budget_.chord, limit_, least_, margin_);
+    StripRefiner refiner(offset_, frame_, budget_.chord, limit_, least_, margin_, options_.outtol);
     std::optional<RowContacts> last;
     for (std::size_t j = begin; j < end || (j == end && end < ys_.size() && !options_.interval);
          ++j) {
@@ -277,6 +278,24 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     walls.chord = budget->chord;
     walls.least_depth = options.outtol;
     walls.domain = frame.corners();
+    // Passes at a slant end at the domain's sides, and leave corners between them.
+    const auto& corners = frame.corners();
+    if (corners[0].y() != corners[1].y() && corners[0].x() != corners[1].x()) {
+      SegmentProfile profile(offset, drop, budget->chord);
+      for (std::size_t k = 0; k < 4; ++k) {
+        const PlanLine side(corners[k], corners[(k + 1) % 4]);
+        for (const PassRun& run :
+             fit_runs(profile.take(corners[k], corners[(k + 1) % 4], kNoContact), budget->below,
+                      budget->above, join)) {
+          std::vector<Vec3> tips;
+          for (const Vec2& p : run) {
+            const Vec2 at = side.at(p.x());
+            tips.emplace_back(at.x(), at.y(), p.y() + grow);
+          }
+          joiner.cut(tips, options.pattern == PathPattern::kOneway);
+        }
+      }
+    }
     for (std::vector<Vec3>& run : wall_runs(mesh, offset, drop, walls)) {
       ++report.wall_runs;
       for (Vec3& tip : run) tip.z() += grow;

@@ -34,6 +34,30 @@ double valley_shift(const RowPosition& p, const RowPosition& q, double dy) {
   return -e.y() / e.x() * dy;
 }
 
+// The ground at p, carried on by d on its tangent plane.
+RowPosition carried(const RowPosition& p, const Vec2& d) {
+  RowPosition q = p;
+  q.x += d.x();
+  q.z += p.slope.dot(d);
+  return q;
+}
+
+// What a cutter at p alone leaves of the ground up to the row dy away: two balls of radius r at a
+// distance of l on the ground leave r - sqrt(r² - l²) between the contact of one and the other. A
+// level disk leaves all that it does not reach.
+double left_by_one(const CutterShape& cutter, const RowPosition& p, double dy) {
+  const double r = cutter.corner();
+  double best = kInfinity;
+  if (cutter.flat() > 0 && p.away.norm() <= cutter.flat()) return best;
+  for (const double shift : {0.0, contour_shift(p, dy)}) {
+    if (!std::isfinite(shift)) continue;
+    const Vec2 d(shift, dy);
+    const double rise = p.slope.dot(d), length2 = d.squaredNorm() + rise * rise;
+    if (length2 < r * r) best = std::min(best, r - std::sqrt(r * r - length2));
+  }
+  return best;
+}
+
 // Runs that overlap or lie closer than `gap` made one.
 std::vector<Stretch> joined(std::vector<Stretch> runs, double gap) {
   std::sort(runs.begin(), runs.end(),
@@ -82,11 +106,79 @@ std::vector<ProfileSegment> clipped(const std::vector<ProfileSegment>& profile,
 
 }  // namespace
 
+std::optional<double> StripRefiner::beside_wall(const RowPosition& from, const RowPosition& across,
+                                                double from_y, double dy,
+                                                const RowContacts* middle) const {
+  const CutterShape& cutter = offset_->cutter();
+  const auto is_wall = [&](const RowPosition& rim, double ground) {
+    const double top = rim.z + (rim.away.norm() < cutter.radius() ? cutter.height(rim.away.norm())
+                                                                  : cutter.corner());
+    return top - cutter.corner() - ground > wall_;
+  };
+  // The ground from p on to the foot, which lies no farther than `to`; `half` is a position on the
+  // way, if one is known that is on the ground too.
+  const auto ground_left = [&](const RowPosition& p, double to, const RowPosition* half,
+                               double part) {
+    double best = kInfinity;
+    for (const double shift : {0.0, contour_shift(p, to)}) {
+      if (!std::isfinite(shift)) continue;
+      const Vec2 d(shift, to);
+      const RowPosition foot = carried(p, d);
+      const Between whole = left_between(cutter, p, foot, d);
+      if (half == nullptr || shift != 0) {
+        best = std::min(best, whole.sum());
+        continue;
+      }
+      const double lean = half->slope.squaredNorm();
+      const double under = std::max(0.0, p.z + part * (foot.z - p.z) - half->z) /
+                           std::sqrt(1 + (std::isinf(lean) ? 0 : lean));
+      best = std::min(best, whole.ridge + under +
+                                std::max(left_between(cutter, p, *half, part * d).sink,
+                                         left_between(cutter, *half, foot, (1 - part) * d).sink));
+    }
+    return best;
+  };
+  const std::optional<RowPosition> between = middle == nullptr ? std::nullopt : middle->at(from.x);
+  const double part = middle == nullptr ? 0 : (middle->y() - from_y) / dy;
+  if (from.border != across.border) {
+    const RowPosition &rim = from.border ? from : across, &ground = from.border ? across : from;
+    const double to = from.border ? -dy : dy;
+    if (!is_wall(rim, std::max(ground.z, carried(ground, {0, to}).z)))
+      return left_by_one(cutter, ground, to);
+    if (!between) return ground_left(ground, to, nullptr, 0);
+    const double at = from.border ? 1 - part : part;  // of the row between, from the ground on
+    if (between->border) return ground_left(ground, at * to, nullptr, 0);
+    return ground_left(ground, to, &*between, at);
+  }
+  if (!from.border) return std::nullopt;
+  // A rim on both sides: nothing is known of a ground between, but what the row between tells.
+  if (!between || between->border) return 0;
+  const double back = std::max(part, 1 - part) * dy;
+  const RowPosition low = carried(*between, {0, -part * dy});
+  const RowPosition high = carried(*between, {0, (1 - part) * dy});
+  if (!is_wall(from, std::max(between->z, low.z)) ||
+      !is_wall(across, std::max(between->z, high.z))) {
+    return std::nullopt;
+  }
+  return left_between(cutter, low, high, {0, dy}).ridge +
+         left_between(cutter, *between, carried(*between, {0, back}), {0, back}).sink;
+}
+
 double StripRefiner::left_at(const RowPosition& from, const RowContacts& to, double dy,
                              const RowContacts* middle, Worst& worst) const {
   const CutterShape& cutter = offset_->cutter();
   const std::optional<RowPosition> across = to.at(from.x);
-  if (!across) return 0;  // the surface ends: its rim has been cut from this side
+  if (!across) {
+    // The surface ends, a radius before that row or farther. The rim is rolled about from here; the
+    // ground up to it is touched at most so far from here:
+    const double reach = std::fabs(dy) - cutter.radius() + std::copysign(1.0, dy) * from.away.y();
+    if (from.border || !(reach > 0)) return 0;
+    const double left = left_by_one(cutter, from, std::copysign(reach, dy));
+    if (left <= limit_) return left;
+    if (middle != nullptr && !middle->at(from.x)) return 0;
+    if (left > worst.left) worst = {left, to.y() - dy / 2};
+    return left;
+  }
   double best = kInfinity;
   bool border = from.border;
   const std::array<double, 4> shifts{0, contour_shift(from, dy), contour_shift(*across, dy),
@@ -116,10 +208,15 @@ double StripRefiner::left_at(const RowPosition& from, const RowContacts& to, dou
     if (best <= limit_) return best;
   }
   if (border) {
-    if (middle == nullptr) return kUnsure;
-    const std::optional<RowPosition> between = middle->at(from.x);
-    if (!between || !(between->z < std::min(from.z, across->z) - limit_)) return 0;
-    best = std::min(from.z, across->z) - between->z;  // a pocket, whatever its walls
+    if (const std::optional<double> beside = beside_wall(from, *across, to.y() - dy, dy, middle)) {
+      best = std::min(best, *beside);
+      if (best <= limit_) {
+        if (middle == nullptr) return kUnsure;
+        const std::optional<RowPosition> between = middle->at(from.x);
+        if (!between || !(between->z < std::min(from.z, across->z) - limit_)) return 0;
+        best = std::min(from.z, across->z) - between->z;  // a pocket, whatever its walls
+      }
+    }
   }
   if (best > worst.left) {
     worst.left = best;

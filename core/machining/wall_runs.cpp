@@ -11,13 +11,15 @@
 namespace diesink {
 namespace {
 
-// An edge at the top of a wall, the surface to its left and the wall falling away to its right.
+// An edge at the top of a wall, or where the surface ends, the surface to its left and the wall
+// falling away to its right.
 struct TopEdge {
   std::uint32_t from = 0, to = 0;
 };
 
 std::vector<TopEdge> top_edges(const TriangleMesh& mesh) {
-  // Edges of upright triangles that lie above the triangle's third corner.
+  // Edges of upright triangles that lie above the triangle's third corner, and those of one
+  // triangle alone.
   std::vector<std::array<std::uint32_t, 2>> tops;
   std::vector<std::uint32_t> level;
   const auto& points = mesh.positions;
@@ -38,6 +40,19 @@ std::vector<TopEdge> top_edges(const TriangleMesh& mesh) {
       const double along = o.head<2>().dot(d.head<2>()) / length2;
       if (o.z() < along * d.z()) tops.push_back({std::min(a, b), std::max(a, b)});
     }
+  }
+  std::vector<std::array<std::uint32_t, 2>> all;
+  all.reserve(3 * mesh.triangles.size());
+  for (const auto& v : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      all.push_back({std::min(v[k], v[(k + 1) % 3]), std::max(v[k], v[(k + 1) % 3])});
+    }
+  }
+  std::sort(all.begin(), all.end());
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const bool alone =
+        (k == 0 || all[k - 1] != all[k]) && (k + 1 == all.size() || all[k + 1] != all[k]);
+    if (alone) tops.push_back(all[k]);
   }
   std::sort(tops.begin(), tops.end());
   std::vector<TopEdge> edges;

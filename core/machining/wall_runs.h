@@ -19,8 +19,8 @@ struct WallRunOptions {
 };
 
 // The tips of runs that keep the cutter's side against the walls of the mesh, in the frame of
-// `offset`, in the order of the walls. A wall is told by its upright triangles; what the cutter
-// cannot get down to beside it is left out.
+// `offset`, in the order of the walls. A wall is told by its upright triangles; where the surface
+// just ends, that counts as one. What the cutter cannot get down to beside it is left out.
 // Bound: moves keep `below` and `above` to the lowest safe height over their whole length; their
 // distance from the wall exceeds the cutter's radius by less than `above`.
 std::vector<std::vector<Vec3>> wall_runs(const TriangleMesh& mesh, const OffsetSurface& offset,
