@@ -227,7 +227,13 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
   std::vector<Vec3> points(mesh.positions.size());
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = to_frame(mesh.positions[i]);
 
+  double largest = 0;
+  for (const Vec3& p : points) largest = std::max(largest, p.cwiseAbs().maxCoeff());
   std::vector<Vec3> normals(mesh.triangles.size(), Vec3::Zero());
+  // By how much rounding may turn the normal of a sliver, in radians; less than kFine moves no
+  // contact by more than the regions' slack.
+  constexpr double kFine = 1e-11;
+  std::vector<double> noise(mesh.triangles.size(), 0);
   std::vector<std::uint8_t> used(mesh.triangles.size(), 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [i, j, k] = mesh.triangles[t];
@@ -236,6 +242,10 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
     if (!faces_up(n, size)) continue;
     used[t] = 1;
     normals[t] = n / size;
+    const double side = std::max({(points[j] - points[i]).norm(), (points[k] - points[j]).norm(),
+                                  (points[i] - points[k]).norm()});
+    const double turned = 4 * std::numeric_limits<double>::epsilon() * largest * side / size;
+    if (turned > kFine) noise[t] = std::min(turned, 1.0);
     Vec3 shift(0, 0, -cutter_.corner());
     const double flat = normals[t].head<2>().norm();
     if (flat > 1e-12) {
@@ -254,7 +264,12 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
   std::vector<Cone> cones(points.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!used[t]) continue;
-    for (const std::uint32_t v : mesh.triangles[t]) cones[v].normals.push_back(normals[t]);
+    // Beside slivers the cone is not known well enough to bound the contacts by it.
+    constexpr double kSliver = 1e-9;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      cones[v].normals.push_back(normals[t]);
+      if (noise[t] > kSliver) cones[v].nonmanifold = cones[v].convex_edge = true;
+    }
   }
   for (std::size_t from = 0; from < points.size(); ++from) {
     for (std::size_t k = table.begin(from); k < table.end(from);) {
@@ -282,9 +297,21 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       edge.stretch = std::sqrt(1 + edge.slope * edge.slope);
       const Vec3 leftward(-edge.dy, edge.dx, 0);
       double sigma1 = 1, sigma0 = -1;
+      double lost = 0;  // of a contact's place, by rounding of the facets' normals
       if (!many) {
-        if (left != kNone) sigma1 = normals[left].dot(leftward);
-        if (right != kNone) sigma0 = normals[right].dot(leftward);
+        const auto lost_by = [&](std::uint32_t face) {
+          const double lean = normals[face].head<2>().norm();
+          return noise[face] *
+                 (cutter_.corner() + cutter_.flat() / std::max(lean, noise[face] + 1e-300));
+        };
+        if (left != kNone) {
+          sigma1 = std::min(1.0, normals[left].dot(leftward) + noise[left]);
+          lost = lost_by(left);
+        }
+        if (right != kNone) {
+          sigma0 = std::max(-1.0, normals[right].dot(leftward) - noise[right]);
+          lost = std::max(lost, lost_by(right));
+        }
       }
       // Borders add a horizontal normal to the cones of both ends.
       for (const std::uint32_t v : {static_cast<std::uint32_t>(from), to}) {
@@ -297,7 +324,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       const double m = edge.slope;
       const double steep = std::fabs(m) / edge.stretch;
       const double slack =
-          kSlack * (std::fabs(edge.x) + std::fabs(edge.y) + length + cutter_.radius());
+          2 * lost + kSlack * (std::fabs(edge.x) + std::fabs(edge.y) + length + cutter_.radius());
       if (sigma1 == sigma0) continue;
       edge.w0 = across(cutter_, steep, sigma0) - slack;
       edge.w1 = across(cutter_, steep, sigma1) + slack;

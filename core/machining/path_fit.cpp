@@ -72,8 +72,8 @@ std::vector<PassRun> fit_runs(std::span<const ProfileSegment> profile, double be
   };
   for (const ProfileSegment& s : profile) {
     // Between neighbours that meet to rounding only, what lies below shines through: no slit is
-    // cut.
-    if (!corners.empty() && s.x1 - s.x0 <= tiny && s.x0 - corners.back().x() <= join &&
+    // cut, nor any that no cutter could tell.
+    if (!corners.empty() && s.x1 - s.x0 <= join && s.x0 - corners.back().x() <= join &&
         std::fmax(s.z0, s.z1) < corners.back().y()) {
       continue;
     }

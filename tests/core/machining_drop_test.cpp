@@ -2,6 +2,7 @@
 // triangle. SPDX-License-Identifier: Apache-2.0
 #include "core/machining/drop.h"
 #include "core/machining/lattice_drop.h"
+#include "core/machining/segment_profile.h"
 
 #include <gtest/gtest.h>
 
@@ -144,6 +145,63 @@ TEST(PointDrop, SlopeLiftsByTheOffset) {
   EXPECT_NEAR(PointDrop(ball).at(10, 10), 7.5 + 3 * (slope - 1), 1e-13);
   EXPECT_NEAR(PointDrop(flat).at(10, 10), 7.5 + 3 * 0.75, 1e-13);
   EXPECT_NEAR(PointDrop(bull).at(10, 10), 7.5 + 1 * (slope - 1) + 2 * 0.75, 1e-13);
+}
+
+// A plane in fans of ever thinner slivers, whose normals are lost in rounding, is still that plane.
+TEST(PointDrop, SliversLeaveNoSlits) {
+  TriangleMesh mesh;
+  const auto z = [](double x, double y) { return 0.031 * x + 0.017 * y; };
+  const auto point = [&](double x, double y) {
+    mesh.positions.emplace_back(x, y, z(x, y));
+    return static_cast<std::uint32_t>(mesh.positions.size() - 1);
+  };
+  const std::uint32_t low = point(60, 60), high = point(60, 66), left = point(52, 63);
+  std::uint32_t last = left;
+  for (double gap = 1; gap > 1e-9; gap /= 3) {  // along the line from the left to its end
+    const std::uint32_t next = point(60 - 8 * gap, 63);
+    if (next != last && gap < 1) {
+      mesh.triangles.push_back({last, low, next});
+      mesh.triangles.push_back({last, next, high});
+      last = next;
+    }
+  }
+  const std::uint32_t end = point(60, 63);
+  mesh.triangles.push_back({last, low, end});
+  mesh.triangles.push_back({last, end, high});
+  const std::uint32_t right = point(68, 63);
+  mesh.triangles.push_back({end, low, right});
+  mesh.triangles.push_back({end, right, high});
+  for (const Case& c : kCutters) {
+    const CutterShape cutter = shape(c.diameter, c.corner);
+    const OffsetSurface offset(mesh, cutter, 0);
+    const PointDrop drop(offset);
+    const double lean = std::hypot(0.031, 0.017);
+    const double lift = cutter.corner() * (std::sqrt(1 + lean * lean) - 1) + cutter.flat() * lean;
+    // Over the plane's middle the contact is on the plane: shifted by less than the way to a side.
+    const double reach = cutter.corner() * lean + cutter.flat();
+    SegmentProfile profile(offset, drop, 1e-7);
+    Random random(5);
+    for (int k = 0; k < 300; ++k) {
+      // Across the fans, with the contact within the plane.
+      const Vec2 away(-reach * 0.031 / lean, -reach * 0.017 / lean);
+      const Vec2 at(60, 63 + random.uniform(-0.5, 0.5));
+      const Vec2 half(1, random.uniform(-0.5, 0.5));
+      const Vec2 from = at + away - half, to = at + away + half;
+      const PlanLine line(from, to);
+      double reached = 0;
+      for (const ProfileSegment& s : profile.take(from, to, kNoContact)) {
+        EXPECT_LE(s.x0 - reached, 1e-12) << c.diameter << " " << c.corner;
+        reached = s.x1;
+        if (s.x1 - s.x0 < 1e-12) continue;  // between chords that meet to rounding
+        for (const Vec2& corner : {Vec2(s.x0, s.z0), Vec2(s.x1, s.z1)}) {
+          const Vec2 plan = line.at(corner.x());
+          EXPECT_GE(corner.y(), z(plan.x(), plan.y()) + lift - 2e-7)
+              << c.diameter << " " << c.corner;
+        }
+      }
+      EXPECT_GE(reached, line.length - 1e-12);
+    }
+  }
 }
 
 TEST(PointDrop, StopsOnlyAtHeightsThatAreEnough) {
