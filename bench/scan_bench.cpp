@@ -3,14 +3,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/scanned.h"
 #include "core/grid/grid_array.h"
+#include "formats/mesh_file.h"
+#include "formats/registry.h"
 #include "tests/support/height_mesh.h"
 
 #ifdef DIESINK_BENCH_EMBREE
@@ -75,6 +83,87 @@ void scan_make(benchmark::State& state) {
   }
 }
 BENCHMARK(scan_make)->Arg(1)->Arg(8)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+// From a binary STL file in the system's cache to the surface: read, weld, plan grid. Arguments as
+// above, without threads.
+void scan_load(benchmark::State& state) {
+  const std::string path = std::filesystem::temp_directory_path() /
+                           ("diesink_scan_" + std::to_string(::getpid()) + ".stl");
+  {
+    const TriangleMesh mesh = relief(points_of(state.range(0)), state.range(1) != 0);
+    const Result<WrittenMesh> stl = kStl.write(mesh, {});
+    if (!stl) return state.SkipWithError("no STL");
+    const std::vector<std::byte>& bytes = stl->files[0].bytes;
+    std::ofstream(path, std::ios::binary)
+        .write(static_cast<const char*>(static_cast<const void*>(bytes.data())),
+               static_cast<std::streamsize>(bytes.size()));
+  }
+  double read = 0;
+  for (auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
+    Diagnostics diagnostics;
+    Result<MeshFile> file = read_mesh_file(path, {}, diagnostics);
+    if (!file) {
+      state.SkipWithError(file.error().message.c_str());
+      break;
+    }
+    read +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    benchmark::DoNotOptimize(ScannedSurface::make(std::move(file->mesh), {}));
+  }
+  state.counters["read_ms"] = benchmark::Counter(read, benchmark::Counter::kAvgIterations);
+  std::filesystem::remove(path);
+}
+BENCHMARK(scan_load)->ArgsProduct({{1, 8}, {0, 1}})->UseRealTime()->Unit(benchmark::kMillisecond);
+
+// Bytes a triangle over the mesh itself, at the most, by the system's count of resident pages:
+// while the plan grid is made (`make`), after (`kept`), and while a grid is drawn (`grid`).
+class PeakMemory {
+ public:
+  PeakMemory() { reset(); }
+  // Bytes resident now, and the most since the last reset.
+  static double now() { return field("VmRSS:"); }
+  static double peak() { return field("VmHWM:"); }
+  static void reset() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+ private:
+  static double field(const std::string& name) {
+    std::ifstream status("/proc/self/status");
+    std::string word;
+    double kilobytes = 0;
+    while (status >> word) {
+      if (word == name && status >> kilobytes) break;
+    }
+    return 1024 * kilobytes;
+  }
+};
+
+void scan_memory(benchmark::State& state) {
+  double make = 0, kept = 0, drawn = 0;
+  for (auto _ : state) {
+    TriangleMesh mesh = relief(points_of(state.range(0)), state.range(1) != 0);
+    MeshBase base;
+    base.smooth_normals = state.range(2) != 0;
+    Grid grid(state.range(0));
+    const auto triangles = static_cast<double>(mesh.triangles.size());
+    const double before = PeakMemory::now();
+    PeakMemory::reset();
+    const Result<ScannedSurface> scan = ScannedSurface::make(std::move(mesh), base);
+    make = (PeakMemory::peak() - before) / triangles;
+    kept = (PeakMemory::now() - before) / triangles;
+    PeakMemory::reset();
+    scan->grid(grid.lines, grid.lines, grid.out(), 0);
+    drawn = (PeakMemory::peak() - before) / triangles;
+  }
+  state.counters["make"] = make;
+  state.counters["kept"] = kept;
+  state.counters["grid"] = drawn;
+}
+// Arguments: millions of triangles, random order, NORMALS,SMOOTH.
+BENCHMARK(scan_memory)
+    ->ArgsProduct({{1, 8}, {0, 1}, {0, 1}})
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 
 void scan_points(benchmark::State& state) {
   const Result<ScannedSurface> scan =

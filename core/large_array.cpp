@@ -9,18 +9,32 @@
 #endif
 
 namespace diesink {
+namespace {
+
+// The size of a large page on every 64-bit machine of today; below one there is nothing to gain.
+constexpr std::size_t kPage = std::size_t{1} << 21;
+
+}  // namespace
+
+void prefer_large_pages(void* memory, std::size_t bytes) {
+#ifdef __linux__
+  // The whole pages inside; refused, it changes nothing but the time.
+  void* from = memory;
+  std::size_t left = bytes;
+  if (std::align(kPage, kPage, from, left) == nullptr) return;
+  static_cast<void>(madvise(from, left / kPage * kPage, MADV_HUGEPAGE));
+#else
+  static_cast<void>(memory);
+  static_cast<void>(bytes);
+#endif
+}
 
 std::unique_ptr<void, LargeMemoryDeleter> large_memory(std::size_t bytes) {
-  // The size of a large page on every 64-bit machine of today; below one there is nothing to gain.
-  constexpr std::size_t kPage = std::size_t{1} << 21;
   const std::size_t align = bytes < kPage ? 64 : kPage;
   const std::size_t whole = (bytes / align + 1) * align;
   std::unique_ptr<void, LargeMemoryDeleter> memory(std::aligned_alloc(align, whole));
   if (!memory) throw std::bad_alloc();
-#ifdef __linux__
-  // Refused, it changes nothing but the time.
-  if (align == kPage) static_cast<void>(madvise(memory.get(), whole, MADV_HUGEPAGE));
-#endif
+  prefer_large_pages(memory.get(), whole);
   return memory;
 }
 

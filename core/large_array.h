@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <type_traits>
+#include <vector>
 
 namespace diesink {
 
@@ -14,6 +15,16 @@ struct LargeMemoryDeleter {
   void operator()(void* memory) const;
 };
 std::unique_ptr<void, LargeMemoryDeleter> large_memory(std::size_t bytes);
+
+// Asks for large pages for memory that was got but not written yet.
+void prefer_large_pages(void* memory, std::size_t bytes);
+
+// Room in an empty vector, in large pages.
+template <class T>
+void reserve_large(std::vector<T>& vector, std::size_t count) {
+  vector.reserve(count);
+  prefer_large_pages(vector.data(), vector.capacity() * sizeof(T));
+}
 
 // `count` values that nothing has set yet.
 template <class T>

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/large_array.h"
 #include "core/mesh.h"
 #include "core/mesh_tools/vertex_table.h"
 
@@ -20,8 +21,8 @@ class FacetGatherer {
  public:
   FacetGatherer(std::size_t expected, bool weld)
       : weld_(weld), table_(weld ? expected / 2 + 4 : 0) {
-    triangles_.reserve(expected);
-    if (!weld) positions_.reserve(3 * expected);
+    reserve_large(triangles_, expected);
+    if (!weld) reserve_large(positions_, 3 * expected);
   }
 
   // Room for the next facet's corners.

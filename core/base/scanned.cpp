@@ -82,8 +82,8 @@ ScannedSurface::~ScannedSurface() = default;
 
 Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& base, int threads) {
   ScannedSurface surface;
-  if (mesh.triangles.size() > (std::size_t{1} << 31)) {
-    return bad_scan(base, "the scan has more than 2147483648 triangles", ErrorCode::kLimit);
+  if (mesh.triangles.size() > (std::size_t{1} << 29)) {
+    return bad_scan(base, "the scan has more than 536870912 triangles", ErrorCode::kLimit);
   }
   if (base.fill_size > 0) {
     return bad_scan(base, "FILL is not in this build: holes of a scan stay holes",
@@ -106,13 +106,6 @@ Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& b
   return surface;
 }
 
-PlanBox ScannedSurface::box_of(std::uint32_t face) const {
-  const std::array<std::uint32_t, 3>& t = triangles_[face];
-  const Vec3 &a = positions_[t[0]], &b = positions_[t[1]], &c = positions_[t[2]];
-  return {std::min(a.x(), std::min(b.x(), c.x())), std::max(a.x(), std::max(b.x(), c.x())),
-          std::min(a.y(), std::min(b.y(), c.y())), std::max(a.y(), std::max(b.y(), c.y()))};
-}
-
 void ScannedSurface::make_cells(int threads) {
   const std::size_t count = triangles_.size();
   constexpr std::size_t kBlock = 1 << 16;
@@ -123,20 +116,27 @@ void ScannedSurface::make_cells(int threads) {
     std::size_t upright = 0;
   };
   std::vector<Extent> extents((count + kBlock - 1) / kBlock);
+  // Triangles in random order find their vertices all over: memory is asked for some ahead.
+  constexpr std::size_t kAhead = 16;
+  const auto ask_for = [&](std::size_t i) {
+    for (const std::uint32_t v : triangles_[i]) __builtin_prefetch(&positions_[v]);
+  };
   parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
     Extent& e = extents[begin / kBlock];
-    ScannedTriangle t;
     for (std::size_t i = begin; i < end; ++i) {
-      const auto face = static_cast<std::uint32_t>(i);
-      if (!triangle(face, t)) {
+      if (i + kAhead < count) ask_for(i + kAhead);
+      const auto [v0, v1, v2] = triangles_[i];
+      const Vec3 &a = positions_[v0], &b = positions_[v1], &c = positions_[v2];
+      if (turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y()) == 0) {
         ++e.upright;
         continue;
       }
-      e.box = {std::min(e.box.x0, t.x_low()), std::max(e.box.x1, t.x_high()),
-               std::min(e.box.y0, t.y_low()), std::max(e.box.y1, t.y_high())};
-      e.z_low = std::min(e.z_low, t.z_low);
-      e.z_high = std::max(e.z_high, t.z_high);
-      const double width = t.x_high() - t.x_low(), height = t.y_high() - t.y_low();
+      const PlanBox box = box_of(static_cast<std::uint32_t>(i));
+      e.box = {std::min(e.box.x0, box.x0), std::max(e.box.x1, box.x1), std::min(e.box.y0, box.y0),
+               std::max(e.box.y1, box.y1)};
+      e.z_low = std::min(e.z_low, std::min(a.z(), std::min(b.z(), c.z())));
+      e.z_high = std::max(e.z_high, std::max(a.z(), std::max(b.z(), c.z())));
+      const double width = box.x1 - box.x0, height = box.y1 - box.y0;
       e.width += width;
       e.height += height;
       e.area += width * height;
@@ -166,7 +166,7 @@ void ScannedSurface::make_cells(int threads) {
   cells_.y0 = all.box.y0;
   // Two triangles a cell, fewer cells where large triangles would stand in too many of them.
   for (double cells = std::max(1.0, 0.5 * live);; cells *= 0.25) {
-    constexpr double kMostAcross = 1 << 15;
+    constexpr double kMostAcross = 1 << 15;  // 16 bits hold a number of them
     const double side = std::sqrt(width * height / cells);
     cells_.nx = static_cast<int>(std::clamp(width / side, 1.0, kMostAcross));
     cells_.ny = static_cast<int>(std::clamp(height / side, 1.0, kMostAcross));
@@ -180,39 +180,37 @@ void ScannedSurface::make_cells(int threads) {
 
   const auto lines = static_cast<std::size_t>(cells_.ny);
   const auto columns = static_cast<std::size_t>(cells_.nx);
-  const RowBins bins(count, lines, threads, [&](std::size_t i, int) {
-    ScannedTriangle t;
-    if (!triangle(static_cast<std::uint32_t>(i), t)) return BandRange{};
-    return BandRange{static_cast<std::uint32_t>(cells_.line(t.y_low())),
-                     static_cast<std::uint32_t>(cells_.line(t.y_high()))};
+  const RowBins bins(count, lines, threads, [&](std::size_t i) {
+    if (i + kAhead < count) ask_for(i + kAhead);
+    const auto [v0, v1, v2] = triangles_[i];
+    const Vec3 &a = positions_[v0], &b = positions_[v1], &c = positions_[v2];
+    if (turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y()) == 0) return CellRange{};
+    const PlanBox box = box_of(static_cast<std::uint32_t>(i));
+    const auto cell = [](int at) { return static_cast<std::uint16_t>(at); };
+    return CellRange{cell(cells_.column(box.x0)), cell(cells_.column(box.x1)),
+                     cell(cells_.line(box.y0)), cell(cells_.line(box.y1))};
   });
   // Counts line by line, then places line by line.
   start_.assign(lines * columns + 1, 0);
-  const auto each_cell = [&](std::size_t line, const auto& see) {
-    for (const std::uint32_t face : bins.band(line)) {
-      const PlanBox b = box_of(face);
-      const int last = cells_.column(b.x1);
-      for (int k = cells_.column(b.x0); k <= last; ++k) {
-        see(line * columns + static_cast<std::size_t>(k), face);
-      }
-    }
-  };
   constexpr std::size_t kLines = 4;
   parallel_blocks(lines, kLines, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t line = begin; line < end; ++line) {
-      each_cell(line, [&](std::size_t cell, std::uint32_t) { ++start_[cell + 1]; });
+      std::uint32_t* const after = start_.data() + line * columns + 1;
+      for (const RowBins::Entry& e : bins.row(line)) {
+        for (std::size_t k = e.x0; k <= e.x1; ++k) ++after[k];
+      }
     }
   });
   for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
-  items_.resize(start_.back());
+  items_ = LargeArray<std::uint32_t>(start_.back());
   parallel_blocks(lines, kLines, threads, [&](std::size_t begin, std::size_t end, int) {
     std::vector<std::uint32_t> next(columns);
     for (std::size_t line = begin; line < end; ++line) {
       std::copy_n(start_.begin() + static_cast<std::ptrdiff_t>(line * columns), columns,
                   next.begin());
-      each_cell(line, [&](std::size_t cell, std::uint32_t face) {
-        items_[next[cell - line * columns]++] = face;
-      });
+      for (const RowBins::Entry& e : bins.row(line)) {
+        for (std::size_t k = e.x0; k <= e.x1; ++k) items_.data()[next[k]++] = e.item;
+      }
     }
   });
 }

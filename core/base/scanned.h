@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 
 #include "core/base/base_surface.h"
 #include "core/base/scanned_triangle.h"
+#include "core/large_array.h"
 #include "core/mesh.h"
 #include "core/part_program/part_program.h"
 #include "core/result.h"
@@ -43,7 +45,7 @@ class ScannedSurface {
 
   // Lengths in the part program's unit, Z up; `base` gives the steps of the placement.
   // Errors: kInput where no triangle has an area in plan, a position is not finite or leaves the
-  //         coordinate limit of 1e9 in its place; kLimit above 2^31 triangles;
+  //         coordinate limit of 1e9 in its place; kLimit above 2^29 triangles;
   //         kUnsupported where holes are to be filled.
   static Result<ScannedSurface> make(TriangleMesh mesh, const MeshBase& base, int threads = 0);
 
@@ -132,11 +134,16 @@ class ScannedSurface {
     const std::array<std::uint32_t, 3>& t = triangles_[face];
     return out.set(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
   }
-  [[nodiscard]] PlanBox box_of(std::uint32_t face) const;
+  [[nodiscard]] PlanBox box_of(std::uint32_t face) const {
+    const std::array<std::uint32_t, 3>& t = triangles_[face];
+    const Vec3 &a = positions_[t[0]], &b = positions_[t[1]], &c = positions_[t[2]];
+    return {std::min(a.x(), std::min(b.x(), c.x())), std::max(a.x(), std::max(b.x(), c.x())),
+            std::min(a.y(), std::min(b.y(), c.y())), std::max(a.y(), std::max(b.y(), c.y()))};
+  }
   [[nodiscard]] std::span<const std::uint32_t> in_cell(int column, int line) const {
     const std::size_t cell = static_cast<std::size_t>(line) * static_cast<std::size_t>(cells_.nx) +
                              static_cast<std::size_t>(column);
-    return std::span(items_).subspan(start_[cell], start_[cell + 1] - start_[cell]);
+    return {items_.data() + start_[cell], start_[cell + 1] - start_[cell]};
   }
 
   std::vector<Vec3> positions_;
@@ -146,7 +153,8 @@ class ScannedSurface {
   double z_low_ = 0, z_high_ = 0;
   std::size_t upright_ = 0;
   Cells cells_;
-  std::vector<std::uint32_t> start_, items_;  // triangles of each cell, ascending
+  std::vector<std::uint32_t> start_;  // of each cell in items_
+  LargeArray<std::uint32_t> items_;   // triangles of each cell, ascending
   mutable std::unique_ptr<Border> border_;
 };
 

@@ -6,6 +6,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "core/large_array.h"
+
 namespace diesink {
 namespace {
 
@@ -28,9 +30,11 @@ bool same(const Vec3& a, const Vec3& b) {
 
 VertexTable::VertexTable(std::size_t expected) {
   const std::size_t slots = std::bit_ceil(std::max<std::size_t>(2 * expected, 64));
+  // Looked up all over: every look-up finds its page.
+  reserve_large(slots_, slots);
   slots_.assign(slots, {kAbsent, 0});
   mask_ = slots - 1;
-  positions_.reserve(expected);
+  reserve_large(positions_, expected);
 }
 
 std::uint32_t VertexTable::find_or_add(const Vec3& position, std::uint64_t hash) {
@@ -49,8 +53,11 @@ std::uint32_t VertexTable::find_or_add(const Vec3& position, std::uint64_t hash)
 }
 
 void VertexTable::grow() {
-  slots_.assign(slots_.size() * 2, {kAbsent, 0});
-  mask_ = slots_.size() - 1;
+  const std::size_t slots = slots_.size() * 2;
+  slots_ = {};
+  reserve_large(slots_, slots);
+  slots_.assign(slots, {kAbsent, 0});
+  mask_ = slots - 1;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
     const std::uint64_t hash = hash_of(positions_[i]);
     std::size_t at = static_cast<std::size_t>(hash) & mask_;
