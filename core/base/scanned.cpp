@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/row_bins.h"
+#include "core/base/scan_fill.h"
 #include "core/base/scanned_border.h"
 #include "core/number.h"
 
@@ -85,16 +86,19 @@ Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& b
   if (mesh.triangles.size() > (std::size_t{1} << 29)) {
     return bad_scan(base, "the scan has more than 536870912 triangles", ErrorCode::kLimit);
   }
-  if (base.fill_size > 0) {
-    return bad_scan(base, "FILL is not in this build: holes of a scan stay holes",
-                    ErrorCode::kUnsupported);
-  }
   surface.positions_ = std::move(mesh.positions);
   surface.triangles_ = std::move(mesh.triangles);
   for (const MeshPlacement& step : base.placement) place(surface.positions_, step);
   if (!settle(surface.positions_)) {
     return bad_scan(base, "a vertex of the scan, placed, is not within the coordinate limit of " +
                               number_text(kMaxCoordinate));
+  }
+  if (base.fill_size > 0) {
+    surface.fill_ = fill_holes(surface.positions_, surface.triangles_, base.fill_size);
+    if (!settle(surface.positions_)) {
+      return bad_scan(
+          base, "a patch of FILL leaves the coordinate limit of " + number_text(kMaxCoordinate));
+    }
   }
   surface.make_cells(threads);
   if (surface.upright_ == surface.triangles_.size()) {

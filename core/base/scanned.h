@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/base_surface.h"
+#include "core/base/scan_fill.h"
 #include "core/base/scanned_triangle.h"
 #include "core/large_array.h"
 #include "core/mesh.h"
@@ -45,8 +46,7 @@ class ScannedSurface {
 
   // Lengths in the part program's unit, Z up; `base` gives the steps of the placement.
   // Errors: kInput where no triangle has an area in plan, a position is not finite or leaves the
-  //         coordinate limit of 1e9 in its place; kLimit above 2^29 triangles;
-  //         kUnsupported where holes are to be filled.
+  //         coordinate limit of 1e9 in its place; kLimit above 2^29 triangles.
   static Result<ScannedSurface> make(TriangleMesh mesh, const MeshBase& base, int threads = 0);
 
   // The surface over (x, y); false where no triangle is. face is the triangle's number in the mesh,
@@ -102,6 +102,8 @@ class ScannedSurface {
   [[nodiscard]] double z_high() const { return z_high_; }
   // Triangles that have no plan area.
   [[nodiscard]] std::size_t upright() const { return upright_; }
+  // What FILL closed: its triangles are the last.
+  [[nodiscard]] const ScanFill& fill() const { return fill_; }
   [[nodiscard]] const std::vector<Vec3>& positions() const { return positions_; }
   [[nodiscard]] const std::vector<std::array<std::uint32_t, 3>>& triangles() const {
     return triangles_;
@@ -152,6 +154,7 @@ class ScannedSurface {
   PlanBox plan_box_;
   double z_low_ = 0, z_high_ = 0;
   std::size_t upright_ = 0;
+  ScanFill fill_;
   Cells cells_;
   std::vector<std::uint32_t> start_;  // of each cell in items_
   LargeArray<std::uint32_t> items_;   // triangles of each cell, ascending

@@ -48,24 +48,32 @@ void drop_pairs(const std::vector<Vec3>& positions,
 
 }  // namespace
 
+std::vector<ScannedSurface::BorderEdge> plan_border(
+    const std::vector<Vec3>& positions,
+    const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  std::vector<ScannedSurface::BorderEdge> edges;
+  const std::vector<EdgeUse> uses = edge_uses(triangles, positions.size());
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    bool left = false, right = false;
+    for (const EdgeUse& use : edge) {
+      const std::array<std::uint32_t, 3>& t = triangles[use.corner / 3];
+      const Vec3 &a = positions[t[0]], &b = positions[t[1]], &c = positions[t[2]];
+      const int sign = turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
+      if (sign == 0) continue;
+      ((sign > 0) == use.forward ? left : right) = true;
+    }
+    if (left == right) return;
+    edges.push_back(left ? ScannedSurface::BorderEdge{edge[0].low, edge[0].high}
+                         : ScannedSurface::BorderEdge{edge[0].high, edge[0].low});
+  });
+  drop_pairs(positions, edges);
+  return edges;
+}
+
 const ScannedSurface::Border& ScannedSurface::border() const {
   Border& border = *border_;
   std::call_once(border.once, [&] {
-    const std::vector<EdgeUse> uses = edge_uses(triangles_, positions_.size());
-    for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-      bool left = false, right = false;
-      for (const EdgeUse& use : edge) {
-        const std::array<std::uint32_t, 3>& t = triangles_[use.corner / 3];
-        const Vec3 &a = positions_[t[0]], &b = positions_[t[1]], &c = positions_[t[2]];
-        const int sign = turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
-        if (sign == 0) continue;
-        ((sign > 0) == use.forward ? left : right) = true;
-      }
-      if (left == right) return;
-      border.edges.push_back(left ? BorderEdge{edge[0].low, edge[0].high}
-                                  : BorderEdge{edge[0].high, edge[0].low});
-    });
-    drop_pairs(positions_, border.edges);
+    border.edges = plan_border(positions_, triangles_);
     // The cells of each edge's box, by counting.
     const auto each_cell = [&](const auto& see) {
       for (std::uint32_t k = 0; k < border.edges.size(); ++k) {

@@ -60,7 +60,9 @@ Result<CompoundSurface> widened(const CompoundSurface& surface, double margin) {
     const PlanBox& plan = scan->plan_box();
     extent.add(plan.x0, plan.y0);
     extent.add(plan.x1, plan.y1);
-    std::get<MeshBase>(program.base).placement.clear();
+    MeshBase& base = std::get<MeshBase>(program.base);
+    base.placement.clear();
+    base.fill_size = 0;
     TriangleMesh mesh;
     mesh.positions = scan->positions();
     mesh.triangles = scan->triangles();

@@ -411,6 +411,92 @@ TEST(Scanned, SmoothNormalsAreThoseOfTheSphere) {
   EXPECT_GT(worst_flat, 0.005);
 }
 
+// A hilly sheet with its triangles in a disk left out, but for those in an inner one.
+template <class Height>
+TriangleMesh holed_sheet(double radius, double island, const Height& height) {
+  TriangleMesh mesh = test::height_mesh(-10, 10, 81, -10, 10, 81, height);
+  std::erase_if(mesh.triangles, [&](const auto& t) {
+    const Vec3 m = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3;
+    const double r = std::hypot(m.x() - 1.03, m.y() + 0.57);
+    return r < radius && r > island;
+  });
+  return mesh;
+}
+
+TEST(Scanned, FillGoesOnWithWhatIsAround) {
+  const double r = 20;
+  const auto plane = [](double x, double y) { return 3 + 0.25 * x - 0.5 * y; };
+  const auto sphere = [&](double x, double y) { return std::sqrt(r * r - x * x - y * y); };
+  const auto saddle = [](double x, double y) { return 0.02 * x * x - 0.03 * y * y + 0.01 * x * y; };
+  MeshBase base;
+  base.fill_size = 6.5;
+  const auto worst = [&](const ScannedSurface& scan, const auto& height) {
+    double most = 0;
+    for (double x = -9.9; x < 9.9; x += 0.093) {
+      for (double y = -9.9; y < 9.9; y += 0.097) {
+        BaseHit hit;
+        EXPECT_TRUE(scan.at(x, y, hit));
+        most = std::fmax(most, std::fabs(hit.z - height(x, y)));
+      }
+    }
+    return most;
+  };
+  for (const double island : {0.0, 1.1}) {
+    const TriangleMesh holed = holed_sheet(3, island, plane);
+    const std::size_t given = holed.triangles.size();
+    const ScannedSurface flat = scan_of(holed, base);
+    EXPECT_EQ(flat.fill().holes, 1U);
+    EXPECT_EQ(flat.triangles().size(), given + flat.fill().triangles);
+    const double missing = (80 * 80 * 2 - static_cast<double>(given)) * 0.25 * 0.25 / 2;
+    EXPECT_NEAR(flat.fill().area, missing, 1e-9);
+    EXPECT_LT(worst(flat, plane), 1e-9);
+    // A lid would lie 0.22 below the sphere's top.
+    EXPECT_LT(worst(scan_of(holed_sheet(3, island, sphere), base), sphere), 0.006);
+    EXPECT_LT(worst(scan_of(holed_sheet(3, island, saddle), base), saddle), 0.006);
+  }
+}
+
+TEST(Scanned, FillLeavesLargerHolesAndTheOuterBorder) {
+  const auto height = [](double x, double y) { return 0.1 * x * y; };
+  const TriangleMesh mesh = holed_sheet(3, 0, height);
+  MeshBase base;
+  base.fill_size = 5.5;
+  const ScannedSurface open = scan_of(mesh, base);
+  EXPECT_EQ(open.fill().holes, 0U);
+  EXPECT_EQ(open.triangles().size(), mesh.triangles.size());
+  // The size is that of the placed scan.
+  base.placement = {{MeshPlacement::Kind::kScale, Vec3(0.5, 0, 0)}};
+  EXPECT_EQ(scan_of(mesh, base).fill().holes, 1U);
+  // Facets that share no vertices, turned at random, are the same scan.
+  TriangleMesh soup;
+  std::mt19937 random(1);
+  for (auto t : mesh.triangles) {
+    if (random() % 2 == 0) std::swap(t[0], t[1]);
+    const auto v = static_cast<std::uint32_t>(soup.positions.size());
+    for (const std::uint32_t corner : t) soup.positions.push_back(mesh.positions[corner]);
+    soup.triangles.push_back({v, v + 1, v + 2});
+  }
+  base.placement.clear();
+  base.fill_size = 1000;
+  const ScannedSurface closed = scan_of(soup, base);
+  EXPECT_EQ(closed.fill().holes, 1U);
+  const ScannedSurface shared = scan_of(mesh, base);
+  EXPECT_EQ(closed.fill().triangles, shared.fill().triangles);
+  BaseHit hit;
+  EXPECT_FALSE(closed.at(10.01, 0, hit));
+  // Two holes that touch in a vertex are two.
+  TriangleMesh two = test::height_mesh(0, 6, 7, 0, 6, 7, height);
+  std::erase_if(two.triangles, [&](const auto& t) {
+    const Vec3 m = (two.positions[t[0]] + two.positions[t[1]] + two.positions[t[2]]) / 3;
+    return (m.x() > 1 && m.x() < 2 && m.y() > 1 && m.y() < 2) ||
+           (m.x() > 2 && m.x() < 4 && m.y() > 2 && m.y() < 4);
+  });
+  base.fill_size = 1.5;
+  EXPECT_EQ(scan_of(two, base).fill().holes, 1U);
+  base.fill_size = 3;
+  EXPECT_EQ(scan_of(two, base).fill().holes, 2U);
+}
+
 TEST(Scanned, WhatCannotBeABaseIsRefused) {
   TriangleMesh mesh;
   EXPECT_FALSE(ScannedSurface::make(mesh, {}));
@@ -423,11 +509,6 @@ TEST(Scanned, WhatCannotBeABaseIsRefused) {
   EXPECT_FALSE(ScannedSurface::make(mesh, {}));
   mesh.positions[2] = Vec3(0, 2, 0);
   EXPECT_TRUE(ScannedSurface::make(mesh, {}));
-  MeshBase filled;
-  filled.fill_size = 1;
-  const Result<ScannedSurface> refused = ScannedSurface::make(mesh, filled);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(Scanned, CompoundSurfaceOnAScan) {
