@@ -64,6 +64,9 @@ ExitStatus run(Options& options, const CommonOptions& common) {
   figures.seconds.parse = watch.lap();
   figures.threads = thread_count(common.threads);
   if (Status made = exporter.make_all(); !made) return report(made.error());
+  if (common.json || !options.report_path.empty()) {
+    figures.scan = scan_figures(*surface.value, common.threads);
+  }
   if (Status done = exporter.finish(whole); !done) return report(done.error());
   for (const auto& [path, note] : exporter.notes()) report_warning(path, note);
   const bool to_stdout = std::count(options.outputs.begin(), options.outputs.end(), "-") > 0;

@@ -106,6 +106,7 @@ std::string to_json(const ExportReport& report, bool run) {
   write_bounds(json, surface.bounds);
   write_elements(json, surface);
   write_curves(json, surface);
+  if (report.scan) write_scan(json, *report.scan);
   if (run) {
     json.key("seconds")
         .begin_object()

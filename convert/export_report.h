@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "convert/scan_figures.h"
 #include "core/tessellate/tessellate.h"
 
 namespace diesink {
@@ -16,6 +18,7 @@ struct ExportSeconds {
 struct ExportReport {
   std::size_t triangles = 0, vertices = 0;
   TessellationReport surface;
+  std::optional<ScanFigures> scan;  // of a scanned base
   ExportSeconds seconds;
   int threads = 0;
 };

@@ -31,12 +31,9 @@ ExitStatus tell_program(std::span<const std::byte> bytes, const std::string& pat
     const Loaded<CompoundSurface> surface = make_surface(*program.value, &diagnostics);
     if (!surface.value) return surface.status;
     const PartProgram& resolved = surface.value->program();
-    const Machining& m = resolved.machining;
-    const ScanCover cover =
-        scan_cover(std::get<ScannedSurface>(surface.value->impl().base),
-                   {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]}, common.threads);
-    return print(common.json ? program_info_json(resolved, diagnostics, &cover)
-                             : program_info(resolved, &cover));
+    const std::optional<ScanFigures> scan = scan_figures(*surface.value, common.threads);
+    return print(common.json ? program_info_json(resolved, diagnostics, &*scan)
+                             : program_info(resolved, &*scan));
   }
   return print(common.json ? program_info_json(*program.value, diagnostics)
                            : program_info(*program.value));

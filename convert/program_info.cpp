@@ -102,16 +102,12 @@ void write_base(JsonWriter& json, const PartProgram& program) {
 
 }  // namespace
 
-std::string program_info(const PartProgram& program, const ScanCover* cover) {
+std::string program_info(const PartProgram& program, const ScanFigures* scan) {
   const Machining& machining = program.machining;
   std::string text =
       "part program " + program.name + ", lengths in " + std::string(name_of(program.unit)) + "\n";
   text += "  base       " + base_text(program) + "\n";
-  if (cover != nullptr) {
-    text += "  scan       open over an area of " + to_text(cover->open_area) + " (" +
-            std::to_string(cover->open_loops) + (cover->open_loops == 1 ? " hole" : " holes") +
-            "), more than one layer over " + to_text(cover->layered_area) + "\n";
-  }
+  if (scan != nullptr) text += "  scan       " + scan_text(*scan) + "\n";
   text += "  domain     x " + to_text(machining.x_range[0]) + " .. " +
           to_text(machining.x_range[1]) + ", y " + to_text(machining.y_range[0]) + " .. " +
           to_text(machining.y_range[1]) + "\n";
@@ -130,7 +126,7 @@ std::string program_info(const PartProgram& program, const ScanCover* cover) {
 }
 
 std::string program_info_json(const PartProgram& program, const Diagnostics& diagnostics,
-                              const ScanCover* cover) {
+                              const ScanFigures* scan) {
   JsonWriter json;
   json.begin_object().key("solids").begin_array();
   for (const Solid& solid : program.solids) {
@@ -154,14 +150,7 @@ std::string program_info_json(const PartProgram& program, const Diagnostics& dia
   }
   json.end_array();
   write_base(json, program);
-  if (cover != nullptr) {
-    json.key("scan")
-        .begin_object()
-        .field("open_area", cover->open_area)
-        .field("holes", cover->open_loops)
-        .field("layered_area", cover->layered_area)
-        .end_object();
-  }
+  if (scan != nullptr) write_scan(json, *scan);
   const Machining& machining = program.machining;
   json.key("domain").begin_array();
   for (const double each : machining.x_range) json.value(each);

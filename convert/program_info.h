@@ -4,18 +4,18 @@
 
 #include <string>
 
-#include "core/base/scan_sheet.h"
+#include "convert/scan_figures.h"
 #include "core/diagnostics.h"
 #include "core/part_program/part_program.h"
 
 namespace diesink {
 
 // Solids, base, domain and grid, and the Boolean table: one row a term, with its ID, type and sign.
-// `cover` tells how a scanned base covers the domain; null without one.
-std::string program_info(const PartProgram& program, const ScanCover* cover = nullptr);
+// `scan` tells of a scanned base; null without one.
+std::string program_info(const PartProgram& program, const ScanFigures* scan = nullptr);
 
 // {"solids","boole","base","domain","grid","warnings", ...}
 std::string program_info_json(const PartProgram& program, const Diagnostics& diagnostics,
-                              const ScanCover* cover = nullptr);
+                              const ScanFigures* scan = nullptr);
 
 }  // namespace diesink

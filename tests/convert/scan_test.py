@@ -38,6 +38,32 @@ class Scan(CommandLineTest):
                         self.folder / "scan.stl"], check=True)
         return self.write("die.part", PART)
 
+    def test_report_tells_of_the_scan(self):
+        part = self.scan()
+        told = json.loads(self.run_program("info", part, "--json").stdout)["scan"]
+        self.assertEqual(sorted(told), ["holes", "layered_area", "open_area"])
+        said = json.loads(self.run_program("export", part, "-o", "die.stl", "--json", "--report", "die.json",
+                                           status=NOT_KEPT).stdout)
+        self.assertEqual(said["scan"], told)
+        self.assertEqual(json.loads((self.folder / "die.json").read_text())["scan"], told)
+
+    def test_fill_closes_small_holes(self):
+        part = self.scan()
+        open_ = json.loads(self.run_program("info", part, "--json").stdout)["scan"]
+        across = {}
+        for size in ("3", "30"):
+            filled = self.write("filled.part", PART.replace("MESH,scan.stl\n", "MESH,scan.stl\nFILL," + size + "\n"))
+            across[size] = json.loads(self.run_program("info", filled, "--json").stdout)["scan"]
+        self.assertEqual(across["3"], {**open_, "filled_holes": 0, "filled_area": 0})
+        self.assertEqual((across["30"]["holes"], across["30"]["open_area"]), (0, 0))
+        self.assertEqual(across["30"]["filled_holes"], 1)
+        self.assertAlmostEqual(across["30"]["filled_area"], open_["open_area"], delta=1e-6)
+        self.assertIn(b"1 hole filled", self.run_program("info", "filled.part").stdout)
+        self.run_program("cc", "filled.part", "-o", "filled.csv")
+        self.assertNotIn(",,", (self.folder / "filled.csv").read_text())
+        done = self.run_program("export", "filled.part", "-o", "filled.stl", "--solid", "--json", status=NOT_KEPT)
+        self.assertEqual(json.loads(done.stdout)["scan"]["filled_holes"], 1)
+
     def test_export_is_closed_sharp_and_certified(self):
         part = self.scan("--plain")
         said = json.loads(self.run_program("export", part, "-o", "die.stl", "--solid", "--json").stdout)
