@@ -9,6 +9,7 @@
 #include "core/base/row_bins.h"
 #include "core/base/scan_fill.h"
 #include "core/base/scanned_border.h"
+#include "core/mesh_tools/vertex_table.h"
 #include "core/number.h"
 
 namespace diesink {
@@ -220,7 +221,11 @@ void ScannedSurface::make_cells(int threads) {
 }
 
 void ScannedSurface::make_vertex_normals() {
-  vertex_normals_.assign(positions_.size(), Vec3::Zero());
+  // Equal positions share their normal, also where the file repeats them for each facet.
+  VertexTable table(positions_.size() / 2);
+  std::vector<std::uint32_t> place(positions_.size());
+  for (std::size_t v = 0; v < positions_.size(); ++v) place[v] = table.add(positions_[v]);
+  std::vector<Vec3> sums(table.size(), Vec3::Zero());
   for (const std::array<std::uint32_t, 3>& t : triangles_) {
     const std::array<Vec3, 3> p{positions_[t[0]], positions_[t[1]], positions_[t[2]]};
     Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -229,13 +234,15 @@ void ScannedSurface::make_vertex_normals() {
     n /= n.z() < 0 ? -length : length;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
-      vertex_normals_[t[k]] += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
+      sums[place[t[k]]] += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
     }
   }
-  for (Vec3& n : vertex_normals_) {
+  for (Vec3& n : sums) {
     const double length = n.norm();
     if (length > 0) n /= length;
   }
+  vertex_normals_.resize(positions_.size());
+  for (std::size_t v = 0; v < positions_.size(); ++v) vertex_normals_[v] = sums[place[v]];
 }
 
 Vec3 ScannedSurface::normal(std::uint32_t face, double x, double y) const {

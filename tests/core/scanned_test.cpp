@@ -409,6 +409,19 @@ TEST(Scanned, SmoothNormalsAreThoseOfTheSphere) {
   }
   EXPECT_LT(worst_smooth, 0.002);
   EXPECT_GT(worst_flat, 0.005);
+  // A file that repeats the vertices for each facet is no less smooth.
+  TriangleMesh apart;
+  for (const auto& t : mesh.triangles) {
+    const auto v = static_cast<std::uint32_t>(apart.positions.size());
+    for (const std::uint32_t corner : t) apart.positions.push_back(mesh.positions[corner]);
+    apart.triangles.push_back({v, v + 1, v + 2});
+  }
+  const ScannedSurface repeated = scan_of(apart, base);
+  for (double x = -9.03; x < 9; x += 0.7) {
+    BaseHit hit;
+    ASSERT_TRUE(smooth.at(x, 1.3, hit));
+    ASSERT_EQ(repeated.normal(hit.face, x, 1.3), smooth.normal(hit.face, x, 1.3));
+  }
 }
 
 // A hilly sheet with its triangles in a disk left out, but for those in an inner one.
