@@ -125,12 +125,15 @@ Status compress(const TriangleMesh& mesh, const WriteOptions& options, GltfLayou
   }
 
   std::size_t plain = 0, done = 0;  // elements, indices
+  const double all = 3 * static_cast<double>(mesh.triangles.size());
   for (GltfPrimitive& primitive : layout.primitives) {
     if (primitive.lines) continue;
+    const double begin = static_cast<double>(done) / all;
+    done += primitive.index_count;
+    const ProgressSpan span(begin, static_cast<double>(done) / all);
     std::vector<LinearColor> colors;
     auto blob = encode_draco(source_of(mesh, layout, primitive, colors), grid, options.draco_speed);
-    done += primitive.index_count;
-    tell_progress(static_cast<double>(done) / static_cast<double>(3 * mesh.triangles.size()));
+    tell_progress(1);
     if (!blob) {
       if (blob.error().code != ErrorCode::kUnsupported) return blob.error();
       ++plain;
