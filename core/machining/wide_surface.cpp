@@ -52,8 +52,13 @@ Result<CompoundSurface> widened(const CompoundSurface& surface, double margin) {
   PartProgram program = surface.program();
   Extent extent = extent_of(program);
   const auto widen = [&](std::array<double, 2>& range, const std::array<double, 2>& most) {
-    range = {std::fmin(range[0], std::fmax(range[0] - margin, most[0])),
-             std::fmax(range[1], std::fmin(range[1] + margin, most[1]))};
+    // A base that goes on by less than this millionth of the margin does so by the rounding of its
+    // bounds: beyond its rim there is nothing, and the tessellator would look for it for ever.
+    const double hair = 1e-6 * margin;
+    const double low = std::fmax(range[0] - margin, most[0]);
+    const double high = std::fmin(range[1] + margin, most[1]);
+    if (low < range[0] - hair) range[0] = low;
+    if (high > range[1] + hair) range[1] = high;
   };
   if (const ScannedSurface* scan = std::get_if<ScannedSurface>(&surface.impl().base)) {
     // The scan as it stands.

@@ -128,6 +128,19 @@ class Cl(CommandLineTest):
         self.assertEqual((self.folder / "1.apt").read_bytes(), (self.folder / "2.apt").read_bytes())
         self.assertEqual((self.folder / "1.apt").read_bytes(), (self.folder / "7.apt").read_bytes())
 
+    def test_a_domain_up_to_the_rim_of_the_base_in_inches(self):
+        inch = SOURCE / "fixtures/parts/inch.part"
+        self.run_program("cl", inch, "--interval", "0.1", "-o", "inch.apt", "-o", "inch.ngc")
+        self.assertIn("\nUNITS/INCHES\n", (self.folder / "inch.apt").read_text())
+        self.assertIn("G17 G20 ", (self.folder / "inch.ngc").read_text())
+        lengths = set()
+        for name in ("inch.apt", "inch.ngc"):
+            found = json.loads(self.run_program("verify", inch, name, "--json").stdout)
+            self.assertLessEqual(found["max_gouge"] - found["bound"], 0.0005)
+            self.assertEqual(found["rapid_plunges"], 0)
+            lengths.add(round(found["length"], 3))
+        self.assertEqual(len(lengths), 1)
+
     def test_fig6_within_its_tolerances(self):
         self.run_program("cl", FIG6, "--cutter", "6,3", "--cusp", "0.02", "-o", "fig6.apt")
         found = json.loads(self.run_program("verify", FIG6, "fig6.apt", "--cusp", "0.02", "--json").stdout)
