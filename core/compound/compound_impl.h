@@ -20,6 +20,9 @@ struct CompoundStep {
   Sign sign = Sign::kPlus;
   std::int32_t solid = -1;  // index of the body; -1 = the base
   std::int32_t row = 0;
+  // The first row of the same body and sign: a mesh labels faces by it, lest a face that two rows
+  // show be parted from itself.
+  std::int32_t first_row = 0;
 };
 
 // The value of the expression so far on one line.
@@ -76,6 +79,17 @@ struct CompoundSurface::Impl {
                                    double y) const;
   [[nodiscard]] LineState evaluate(double x, double y) const {
     return evaluate(index.at(x, y), x, y);
+  }
+  // The same, with the face's label by its first row.
+  [[nodiscard]] LineState evaluate_face(double x, double y) const {
+    LineState state = evaluate(x, y);
+    state.label = face_label(state.label);
+    return state;
+  }
+  [[nodiscard]] Label face_label(Label label) const {
+    if (label == kNoLabel) return label;
+    const CompoundStep& step = steps[step_of_row[static_cast<std::size_t>(row_of(label))]];
+    return make_label(step.first_row, static_cast<std::uint32_t>(face_of(label)));
   }
   // Unit upward normal of the label's own surface at a point of it.
   [[nodiscard]] Vec3 normal(Label label, const Vec3& point) const;

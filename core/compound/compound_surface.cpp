@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "core/compound/compound_impl.h"
 #include "core/grid/grid_array.h"
@@ -329,6 +331,7 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
   constexpr double kInf = std::numeric_limits<double>::infinity();
   std::vector<PlanBox> boxes;
   std::vector<std::size_t> open;
+  std::map<std::pair<int, Sign>, std::int32_t> first_rows;
   for (const BooleanStep& step : own.boole) {
     const auto index = static_cast<std::uint32_t>(impl->steps.size());
     PlanBox box{kInf, -kInf, kInf, -kInf};
@@ -352,7 +355,12 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
         break;
       }
     }
-    impl->steps.push_back({step.kind, step.sign, step.surface - 1, step.row});
+    std::int32_t first_row = step.row;
+    if (step.kind == BooleanStep::Kind::kTerm) {
+      const auto key = std::make_pair(step.surface, step.sign);
+      first_row = first_rows.try_emplace(key, step.row).first->second;
+    }
+    impl->steps.push_back({step.kind, step.sign, step.surface - 1, step.row, first_row});
     boxes.push_back(box);
   }
   const Machining& m = own.machining;

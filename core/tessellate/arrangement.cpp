@@ -222,7 +222,7 @@ void ArcMaker::make_border() {
   const double iy[4] = {inner_.y0, inner_.y0, inner_.y1, inner_.y1};
   const double at[4] = {0, w, w + h, 2 * w + h};
   for (int k = 0; k < 4; ++k) {
-    const LineState state = surface_.evaluate(ix[k], iy[k]);
+    const LineState state = surface_.evaluate_face(ix[k], iy[k]);
     PlanNode node;
     node.x = xs[k];
     node.y = ys[k];

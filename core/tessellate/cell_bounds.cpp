@@ -420,7 +420,7 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
   // Faces on the wanted side.
   const auto base_face = [&](std::uint8_t number) {
     FaceOver f;
-    f.label = make_label(step.row, number);
+    f.label = make_label(step.first_row, number);
     f.solid = step.solid;
     f.face = number;
     f.upper = upper;
@@ -506,7 +506,7 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
 Coverage base_over(const Impl& surface, const CompoundStep& step, const CellBox& box,
                    FaceOver& face, FunctionList& outline) {
   face = FaceOver{};
-  face.label = make_label(step.row, 0);
+  face.label = make_label(step.first_row, 0);
   if (const PlaneSurface* plane = std::get_if<PlaneSurface>(&surface.base)) {
     BaseHit hit;
     plane->at(box.x, box.y, hit);

@@ -83,8 +83,11 @@ void combine(const Impl& surface, StateOver& state, const FaceList& faces, bool 
     for (const std::int32_t row : cut) state.ghosts.push(row);
   }
   for (const FaceOver& f : faces) {
+    const bool known = std::any_of(next.begin(), next.end(),  // a body that stands twice
+                                   [&](const FaceOver& c) { return c.label == f.label; });
     bool lost = !(sign > 0 && state.hole) && state.faces.count > 0;
     for (const FaceOver& c : state.faces) lost = lost && loses(f, c);
+    if (known) continue;
     if (!lost) {
       next.push(f);
     } else if (sign > 0 && is_minus(f.label)) {
@@ -373,11 +376,11 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     // A step whose faces can never be the value so far anywhere in the box is of no more use below
     // it. A list that overflowed cannot tell.
     bool shows = state.faces.full;
-    for (const FaceOver& f : state.faces) shows = shows || row_of(f.label) == step.row;
+    for (const FaceOver& f : state.faces) shows = shows || row_of(f.label) == step.first_row;
     if (!shows) continue;
     steps[kept++] = i;
     if (body.shadow.count == 0 && body.rims.count == 0) continue;
-    seen.push({step.row, shadows.count, body.shadow.count, rims.count, body.rims.count});
+    seen.push({step.first_row, shadows.count, body.shadow.count, rims.count, body.rims.count});
     for (const PlanFunction& f : body.shadow) shadows.push(f);
     for (const PlanFunction& f : body.rims) rims.push(f);
   }

@@ -39,7 +39,9 @@ class ChangeSearch {
     Vec2 p;
     LineState state;
   };
-  [[nodiscard]] Sample sample(const Vec2& p) const { return {p, surface_.evaluate(p.x(), p.y())}; }
+  [[nodiscard]] Sample sample(const Vec2& p) const {
+    return {p, surface_.evaluate_face(p.x(), p.y())};
+  }
   void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth,
               std::vector<LineChange>& out) const;
   void add_change(const Sample& p, const Sample& q, std::vector<LineChange>& out) const;

@@ -20,7 +20,7 @@ constexpr int kHalvings = 5, kAllHalvings = 60;
 CurveSolver::CurveSolver(const CompoundSurface::Impl& surface) : surface_(&surface) {
   for (const CompoundStep& step : surface.steps) {
     if (step.kind == BooleanStep::Kind::kTerm && step.solid < 0)
-      base_label_ = make_label(step.row, 0);
+      base_label_ = make_label(step.first_row, 0);
   }
 }
 
@@ -324,7 +324,7 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         return change;
       }
     }
-    const LineState state = surface_->evaluate(mid.x(), mid.y());
+    const LineState state = surface_->evaluate_face(mid.x(), mid.y());
     // A third label in between: the change from a is what is looked for, whatever comes after.
     if (state.label == a) {
       p = mid;

@@ -173,7 +173,8 @@ void SeamMaker::make() {
   std::vector<LineChange> changes;
   ChangeSearch(surface_, vertices_, options_.flat, options_.least).find(p, q, steps, changes);
   for (LineChange& change : changes) snap(change);
-  const LineState first = surface_.evaluate(p.x(), p.y()), last = surface_.evaluate(q.x(), q.y());
+  const LineState first = surface_.evaluate_face(p.x(), p.y()),
+                  last = surface_.evaluate_face(q.x(), q.y());
   const auto height_in = [](const LineChange& change, Label label) {
     for (const LabelHeight& h : change.heights) {
       if (h.label == label) return h.z;

@@ -36,7 +36,7 @@ class CutFinder {
       const QuadricBody* body = std::get_if<QuadricBody>(&line.body());
       if (body == nullptr || body->shape != QuadricShape::kCone) continue;
       const Vec3 apex = body->p + body->C * body->frame.row(2).transpose();
-      const LineState seen = surface.evaluate(apex.x(), apex.y());
+      const LineState seen = surface.evaluate_face(apex.x(), apex.y());
       if (seen.label == kNoLabel || std::fabs(seen.z - apex.z()) <= flat_)
         apexes_.emplace_back(apex.head<2>());
     }

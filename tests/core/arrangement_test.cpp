@@ -7,6 +7,7 @@
 
 #include <map>
 
+#include "core/compound/compound_impl.h"
 #include "tests/support/load_part.h"
 #include "tests/support/named_cases.h"
 #include "tests/support/random_program.h"
@@ -97,9 +98,7 @@ void expect_sound(const CompoundSurface& surface, double tolerance, const std::s
     const std::optional<Label> label = label_over(*made, x, y, 2 * tolerance);
     if (!label) continue;
     ++seen;
-    const std::optional<CcDatum> hit = surface.at(x, y);
-    const Label truth =
-        hit ? make_label(hit->row, static_cast<std::uint32_t>(hit->face)) : kNoLabel;
+    const Label truth = surface.impl().evaluate_face(x, y).label;
     if (*label != truth) ++wrong;
   }
   EXPECT_EQ(wrong, 0) << what << " of " << seen;
