@@ -65,6 +65,7 @@ struct ArrangementOptions {
   double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
+  int threads = 0;             // 0 = all cores
   // Sides of the box that are cuts between tiles: bottom, right, top, left. Not owned.
   std::array<const Seam*, 4> seams{};
 };

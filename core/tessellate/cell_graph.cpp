@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <unordered_map>
+
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -39,19 +42,38 @@ class GraphMaker {
 
  private:
   [[nodiscard]] TreeCell& cell(std::int32_t i) { return tree_.cells[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const TreeCell& cell(std::int32_t i) const {
+    return tree_.cells[static_cast<std::size_t>(i)];
+  }
 
   void inside(std::int32_t c);
   void beside(std::int32_t a, std::int32_t b, bool upright);
   void on_border(std::int32_t c, std::uint8_t side);
   void segment(std::int32_t a, std::int32_t b, bool upright);
-  void search(const Vec2& p, const Vec2& q, const std::vector<std::uint32_t>& steps);
-  void add_node(LineChange change);
+  // A stretch of border between two leaves, or of one on the domain's border.
+  struct Stretch {
+    std::uint64_t key = 0;
+    std::int32_t info = 0;  // whose steps decide it
+    Vec2 from, to;
+  };
+  [[nodiscard]] Stretch border_stretch(std::int32_t c, std::uint8_t side) const;
+  [[nodiscard]] Stretch stretch_between(std::int32_t a, std::int32_t b, bool upright) const;
+  [[nodiscard]] std::vector<LineChange> search(const Stretch& stretch) const;
+  const std::vector<LineChange>& changes_on(const Stretch& stretch);
+  void add_node(const LineChange& change);
   void take_seam(std::int32_t c, std::uint8_t side);
   static std::uint64_t pair_key(std::int32_t a, std::int32_t b) {
     return std::uint64_t{static_cast<std::uint32_t>(a)} << 32 | static_cast<std::uint32_t>(b);
   }
-  bool recall(std::uint64_t key);
-  void remember(std::uint64_t key);
+
+  // Leaves with something in them beside a cell, side by side.
+  template <class Take>
+  void around(std::int32_t c, const Take& take) const;
+  template <class Take>
+  void leaves_on(std::int32_t in, std::uint8_t side, const PlanBox& box, const Take& take) const;
+  void settle_cells();
+  bool joins(std::int32_t info, const GraphMaker& known);
+  bool split_failed();
 
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
@@ -71,7 +93,6 @@ class GraphMaker {
   CurveSolver solver_;
   std::vector<BodyVertices> vertices_;
   ChangeSearch line_;
-  std::vector<LineChange> changes_;
   CellGraph graph_;
   std::vector<OnBorder> found_;
   std::vector<std::int32_t> to_split_;
@@ -79,26 +100,13 @@ class GraphMaker {
   std::size_t seam_changes_ = 0;  // taken into the graph
   // What stretches of border between leaves have shown: it does not change as other cells are
   // split.
-  struct Found {
-    std::size_t first = 0, count = 0;
-  };
-  std::unordered_map<std::uint64_t, Found> known_;
-  std::vector<GraphNode> known_nodes_;
+  std::unordered_map<std::uint64_t, std::vector<LineChange>> known_;
 };
 
-bool GraphMaker::recall(std::uint64_t key) {
-  const auto known = known_.find(key);
-  if (known == known_.end()) return false;
-  const auto first = known_nodes_.begin() + static_cast<std::ptrdiff_t>(known->second.first);
-  graph_.nodes.insert(graph_.nodes.end(), first,
-                      first + static_cast<std::ptrdiff_t>(known->second.count));
-  return true;
-}
-
-void GraphMaker::remember(std::uint64_t key) {
-  const auto first = graph_.nodes.begin() + static_cast<std::ptrdiff_t>(first_new_);
-  known_[key] = {known_nodes_.size(), graph_.nodes.size() - first_new_};
-  known_nodes_.insert(known_nodes_.end(), first, graph_.nodes.end());
+const std::vector<LineChange>& GraphMaker::changes_on(const Stretch& stretch) {
+  const auto [known, fresh] = known_.try_emplace(stretch.key);
+  if (fresh) known->second = search(stretch);
+  return known->second;
 }
 
 // Both leaves of every stretch of common border, by descent; a plain leaf has no change on its
@@ -137,15 +145,10 @@ void GraphMaker::on_border(std::int32_t c, std::uint8_t side) {
   }
   if (cell(c).info < 0) return;
   first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
-  const std::uint64_t key = pair_key(c, -1 - static_cast<std::int32_t>(side));
   if (options_.seams[side] != nullptr) {
     take_seam(c, side);
-  } else if (!recall(key)) {
-    const PlanBox& b = cell(c).box;
-    const Vec2 p(side == 1 ? b.x1 : b.x0, side == 2 ? b.y1 : b.y0);
-    const Vec2 q(side == 3 ? b.x0 : b.x1, side == 0 ? b.y0 : b.y1);
-    search(p, q, tree_.infos[static_cast<std::size_t>(cell(c).info)].steps);
-    remember(key);
+  } else {
+    for (const LineChange& change : changes_on(border_stretch(c, side))) add_node(change);
   }
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
     graph_.nodes[n].border = true;
@@ -172,40 +175,50 @@ void GraphMaker::take_seam(std::int32_t c, std::uint8_t side) {
   }
 }
 
-void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
-  // The smaller cell's side; its own steps are the fewer.
+GraphMaker::Stretch GraphMaker::border_stretch(std::int32_t c, std::uint8_t side) const {
+  const PlanBox& b = cell(c).box;
+  return {pair_key(c, -1 - static_cast<std::int32_t>(side)), cell(c).info,
+          Vec2(side == 1 ? b.x1 : b.x0, side == 2 ? b.y1 : b.y0),
+          Vec2(side == 3 ? b.x0 : b.x1, side == 0 ? b.y0 : b.y1)};
+}
+
+// Between two leaves, the first to the left of or below the other: the smaller one's side; its own
+// steps are the fewer.
+GraphMaker::Stretch GraphMaker::stretch_between(std::int32_t a, std::int32_t b,
+                                                bool upright) const {
   const bool a_smaller = cell(a).level >= cell(b).level;
   const PlanBox& box = cell(a_smaller ? a : b).box;
-  Vec2 p, q;
+  Stretch stretch{pair_key(a, b), cell(a_smaller ? a : b).info, Vec2::Zero(), Vec2::Zero()};
   if (upright) {
     const double x = a_smaller ? box.x1 : box.x0;
-    p = Vec2(x, box.y0);
-    q = Vec2(x, box.y1);
+    stretch.from = Vec2(x, box.y0);
+    stretch.to = Vec2(x, box.y1);
   } else {
     const double y = a_smaller ? box.y1 : box.y0;
-    p = Vec2(box.x0, y);
-    q = Vec2(box.x1, y);
+    stretch.from = Vec2(box.x0, y);
+    stretch.to = Vec2(box.x1, y);
   }
+  return stretch;
+}
+
+void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
   const std::int32_t ia = cell(a).info, ib = cell(b).info;
   first_new_ = static_cast<std::uint32_t>(graph_.nodes.size());
-  if (!recall(pair_key(a, b))) {
-    search(p, q, tree_.infos[static_cast<std::size_t>(a_smaller ? ia : ib)].steps);
-    remember(pair_key(a, b));
-  }
+  for (const LineChange& change : changes_on(stretch_between(a, b, upright))) add_node(change);
   for (std::uint32_t n = first_new_; n < graph_.nodes.size(); ++n) {
     found_.push_back({ia, static_cast<std::uint8_t>(upright ? 1 : 2), n});
     found_.push_back({ib, static_cast<std::uint8_t>(upright ? 3 : 0), n});
   }
 }
 
-// Searches a stretch of border that the steps given decide, and adds what changes on it.
-void GraphMaker::search(const Vec2& p, const Vec2& q, const std::vector<std::uint32_t>& steps) {
-  changes_.clear();
-  line_.find(p, q, steps, changes_);
-  for (LineChange& change : changes_) add_node(std::move(change));
+std::vector<LineChange> GraphMaker::search(const Stretch& stretch) const {
+  std::vector<LineChange> changes;
+  line_.find(stretch.from, stretch.to, tree_.infos[static_cast<std::size_t>(stretch.info)].steps,
+             changes);
+  return changes;
 }
 
-void GraphMaker::add_node(LineChange change) {
+void GraphMaker::add_node(const LineChange& change) {
   GraphNode node;
   node.x = change.x;
   node.y = change.y;
@@ -213,7 +226,7 @@ void GraphMaker::add_node(LineChange change) {
   node.high = change.high;
   node.curve = change.curve;
   node.solved = change.curve.type != CurveType::kUnsolved;
-  node.heights = std::move(change.heights);
+  node.heights = change.heights;
   graph_.nodes.push_back(std::move(node));
 }
 
@@ -638,7 +651,144 @@ void GraphMaker::draw_together() {
   }
 }
 
+template <class Take>
+void GraphMaker::leaves_on(std::int32_t in, std::uint8_t side, const PlanBox& box,
+                           const Take& take) const {
+  // Cells that end on the line where the box's side is, on its other side, along the box. Borders
+  // that are one line have one coordinate, to the bit.
+  const PlanBox& b = cell(in).box;
+  const bool upright = side == 1 || side == 3;
+  const double line = side == 0 ? box.y0 : side == 1 ? box.x1 : side == 2 ? box.y1 : box.x0;
+  const double low = upright ? b.x0 : b.y0, high = upright ? b.x1 : b.y1;
+  const bool beyond = side == 1 || side == 2;
+  if (beyond ? !(low <= line && line < high) : !(low < line && line <= high)) return;
+  const double from = upright ? b.y0 : b.x0, to = upright ? b.y1 : b.x1;
+  const double at = upright ? box.y0 : box.x0, end = upright ? box.y1 : box.x1;
+  if (to <= at || from >= end) return;
+  const std::int32_t child = cell(in).child;
+  if (child < 0) {
+    if (cell(in).info >= 0) take(in);
+    return;
+  }
+  for (std::int32_t k = 0; k < 4; ++k) leaves_on(child + k, side, box, take);
+}
+
+// take(leaf, side): the other leaf, or -1 for the domain's border.
+template <class Take>
+void GraphMaker::around(std::int32_t c, const Take& take) const {
+  const PlanBox& box = cell(c).box;
+  const PlanBox& first = cell(tree_.roots.front()).box;
+  const PlanBox& last = cell(tree_.roots.back()).box;
+  const bool border[4] = {box.y0 == first.y0, box.x1 == last.x1, box.y1 == last.y1,
+                          box.x0 == first.x0};
+  for (std::uint8_t side = 0; side < 4; ++side) {
+    if (border[side]) {
+      take(-1, side);
+      continue;
+    }
+    for (const std::int32_t root : tree_.roots)
+      leaves_on(root, side, box, [&](std::int32_t leaf) { take(leaf, side); });
+  }
+}
+
+// Splits the cells that did not join; false where there are none.
+bool GraphMaker::split_failed() {
+  if (to_split_.empty()) return false;
+  std::vector<std::int32_t> split;
+  for (const std::int32_t c : to_split_) {
+    const PlanBox b = cell(c).box;
+    if (std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least) {
+      cell(c).kind = CellKind::kLeast;
+    } else {
+      split.push_back(c);
+    }
+  }
+  tree_.split_leaves(split);
+  return true;
+}
+
+// Whether a cell's changes join, all by itself; `known` has what its borders show.
+bool GraphMaker::joins(std::int32_t info, const GraphMaker& known) {
+  graph_ = {};
+  found_.clear();
+  to_split_.clear();
+  const std::int32_t c = tree_.infos[static_cast<std::size_t>(info)].cell;
+  around(c, [&](std::int32_t leaf, std::uint8_t side) {
+    const auto first = static_cast<std::uint32_t>(graph_.nodes.size());
+    if (leaf < 0 && options_.seams[side] != nullptr) {
+      take_seam(c, side);
+    } else {
+      const bool before = side == 0 || side == 3;  // the other leaf is the lower
+      const std::uint64_t key = leaf < 0   ? pair_key(c, -1 - static_cast<std::int32_t>(side))
+                                : before ? pair_key(leaf, c)
+                                         : pair_key(c, leaf);
+      for (const LineChange& change : known.known_.at(key)) add_node(change);
+    }
+    for (std::uint32_t n = first; n < graph_.nodes.size(); ++n) found_.push_back({info, side, n});
+  });
+  join(info, found_);
+  return to_split_.empty();
+}
+
+// Splits cells until each joins by itself: in rounds, of the cells whose borders are new. What a
+// round finds depends on no other cell of it, so that threads share it out.
+void GraphMaker::settle_cells() {
+  std::vector<std::int32_t> open(tree_.infos.size());
+  for (std::size_t i = 0; i < open.size(); ++i) open[i] = static_cast<std::int32_t>(i);
+  std::vector<std::unique_ptr<GraphMaker>> workers;
+  for (int t = 0; t < thread_count(options_.threads); ++t)
+    workers.push_back(std::make_unique<GraphMaker>(surface_, tree_, options_));
+  while (!open.empty() && !tree_.stopped) {
+    std::vector<Stretch> fresh;
+    for (const std::int32_t i : open) {
+      const std::int32_t c = tree_.infos[static_cast<std::size_t>(i)].cell;
+      around(c, [&](std::int32_t leaf, std::uint8_t side) {
+        if (leaf < 0 && options_.seams[side] != nullptr) return;
+        const bool before = side == 0 || side == 3, upright = side == 1 || side == 3;
+        const Stretch stretch = leaf < 0 ? border_stretch(c, side)
+                                : before ? stretch_between(leaf, c, upright)
+                                         : stretch_between(c, leaf, upright);
+        if (known_.try_emplace(stretch.key).second) fresh.push_back(stretch);
+      });
+    }
+    std::vector<std::vector<LineChange>> found(fresh.size());
+    parallel_blocks(fresh.size(), 64, options_.threads,
+                    [&](std::size_t begin, std::size_t end, int) {
+                      for (std::size_t k = begin; k < end; ++k) found[k] = search(fresh[k]);
+                    });
+    for (std::size_t k = 0; k < fresh.size(); ++k) known_[fresh[k].key] = std::move(found[k]);
+    std::vector<char> joined(open.size());
+    parallel_blocks(open.size(), 64, options_.threads,
+                    [&](std::size_t begin, std::size_t end, int worker) {
+                      GraphMaker& mine = *workers[static_cast<std::size_t>(worker)];
+                      for (std::size_t k = begin; k < end; ++k)
+                        joined[k] = mine.joins(open[k], *this) ? 1 : 0;
+                    });
+    to_split_.clear();
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      if (!joined[k])
+        to_split_.push_back(tree_.infos[static_cast<std::size_t>(open[k])].cell);
+    }
+    const auto infos = static_cast<std::int32_t>(tree_.infos.size());
+    std::vector<std::int32_t> next;
+    const std::vector<std::int32_t> failed = to_split_;
+    if (!split_failed()) break;
+    // What has no leaf of its own any more is not looked at again.
+    for (const std::int32_t c : failed) {
+      if (cell(c).info >= 0) next.push_back(cell(c).info);  // least now, joined whatever it holds
+      around(c, [&](std::int32_t leaf, std::uint8_t) {
+        if (leaf >= 0) next.push_back(cell(leaf).info);
+      });
+    }
+    for (auto i = infos; i < static_cast<std::int32_t>(tree_.infos.size()); ++i) next.push_back(i);
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    open = std::move(next);
+  }
+}
+
 CellGraph GraphMaker::make() {
+  settle_cells();
   // Each round the cells that did not join are split; the least cells always join, so it ends.
   for (int pass = 0; pass < 200 && !tree_.stopped; ++pass) {
     graph_ = {};
@@ -670,15 +820,7 @@ CellGraph GraphMaker::make() {
         own.push_back(found_[k++]);
       if (tree_.infos[i].cell >= 0) join(static_cast<std::int32_t>(i), own);
     }
-    if (to_split_.empty()) break;
-    for (const std::int32_t c : to_split_) {
-      const PlanBox b = cell(c).box;
-      if (std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least) {
-        cell(c).kind = CellKind::kLeast;
-      } else {
-        tree_.split_leaf(c);
-      }
-    }
+    if (!split_failed()) break;
   }
   std::size_t on_seams = 0;
   for (const Seam* seam : options_.seams) on_seams += seam != nullptr ? seam->changes() : 0;

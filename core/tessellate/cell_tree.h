@@ -63,6 +63,7 @@ struct TreeLimits {
   double flat = 0;             // height under which candidates count as one surface
   int variant = 0;             // cells are cut elsewhere for each
   std::size_t most_cells = 0;  // where there would be more the tree stops; 0 = no limit
+  int threads = 0;             // 0 = all cores; the tree is the same for any number
 };
 
 class CellTree {
@@ -76,12 +77,26 @@ class CellTree {
   std::vector<CellInfo> infos;
   bool stopped = false;  // by TreeLimits::most_cells: what it says is not to be used
 
-  // Splits a leaf once more and everything below it as far as needed.
-  void split_leaf(std::int32_t cell);
+  // Splits leaves once more and everything below them as far as needed.
+  void split_leaves(const std::vector<std::int32_t>& leaves);
 
  private:
-  void grow(std::int32_t cell, const std::vector<std::uint32_t>& steps);
-  void divide(std::int32_t cell);
+  // What grows below one cell, by numbers of its own; the first cell is that one.
+  struct Sprout {
+    std::vector<TreeCell> cells;
+    std::vector<CellInfo> infos;
+    std::size_t most_cells = 0;
+    bool stopped = false;
+  };
+  struct Seed {
+    std::int32_t cell = 0;
+    std::vector<std::uint32_t> steps;  // that may matter in it
+    bool divide = false;               // whatever it holds
+  };
+  void grow_all(const std::vector<Seed>& seeds);
+  void grow(Sprout& sprout, std::int32_t cell, const std::vector<std::uint32_t>& steps) const;
+  void divide(std::vector<TreeCell>& all, std::int32_t cell) const;
+  void take(Sprout&& sprout, std::int32_t cell);
 
   const CompoundSurface::Impl& surface_;
   TreeLimits limits_;

@@ -139,6 +139,7 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   for (int variant = 0;; ++variant) {
     ArrangementOptions arrangement_options;
     arrangement_options.tolerance = tolerance;
+    arrangement_options.threads = options.threads;
     arrangement_options.variant = variant;
     for (std::size_t side = 0; side < 4; ++side) {
       if (seams[side]) arrangement_options.seams[side] = &*seams[side];

@@ -179,6 +179,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
 
   ArrangementOptions arrangement_options;
   arrangement_options.tolerance = tolerance;
+  arrangement_options.threads = options.threads;
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
   arrangement_options.variant = way.variant;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
