@@ -538,20 +538,28 @@ void fill_report(const CompoundSurface& surface, const Tessellation& tessellatio
                  TessellationReport& report) {
   const TriangleMesh& mesh = tessellation.mesh;
   report.elements.assign(mesh.elements.size(), {});
+  // Of each solid: its type, and whether a row subtracts it.
+  struct Kind {
+    std::string type;
+    int sign = 1;
+  };
+  std::unordered_map<std::string, Kind> kinds;
+  for (const Solid& s : surface.program().solids) kinds[s.id].type = s.type;
+  kinds["B"].type = "B";
+  for (int row = 0; row < surface.row_count(); ++row) {
+    const int k = surface.surface_of_row(row);
+    const std::string id =
+        k == 0 ? "B" : surface.program().solids[static_cast<std::size_t>(k - 1)].id;
+    if (surface.sign_of_row(row) == Sign::kMinus) kinds[id].sign = -1;
+  }
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
     ElementReport& r = report.elements[e];
     r.name = mesh.elements[e].name;
     r.solid = mesh.elements[e].solid;
-    if (r.solid == "B") r.type = "B";
-    for (const Solid& s : surface.program().solids) {
-      if (s.id == r.solid) r.type = s.type;
-    }
-    for (int row = 0; row < surface.row_count(); ++row) {
-      const int k = surface.surface_of_row(row);
-      const std::string id =
-          k == 0 ? "B" : surface.program().solids[static_cast<std::size_t>(k - 1)].id;
-      if (id == r.solid && surface.sign_of_row(row) == Sign::kMinus) r.sign = -1;
-    }
+    const auto kind = kinds.find(r.solid);
+    if (kind == kinds.end()) continue;  // skirts, the floor
+    r.type = kind->second.type;
+    r.sign = kind->second.sign;
   }
   report.area = report.volume = 0;
   Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);

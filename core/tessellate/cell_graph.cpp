@@ -719,7 +719,7 @@ bool GraphMaker::joins(std::int32_t info, const GraphMaker& known) {
       take_seam(c, side);
     } else {
       const bool before = side == 0 || side == 3;  // the other leaf is the lower
-      const std::uint64_t key = leaf < 0   ? pair_key(c, -1 - static_cast<std::int32_t>(side))
+      const std::uint64_t key = leaf < 0 ? pair_key(c, -1 - static_cast<std::int32_t>(side))
                                 : before ? pair_key(leaf, c)
                                          : pair_key(c, leaf);
       for (const LineChange& change : known.known_.at(key)) add_node(change);
@@ -766,8 +766,7 @@ void GraphMaker::settle_cells() {
                     });
     to_split_.clear();
     for (std::size_t k = 0; k < open.size(); ++k) {
-      if (!joined[k])
-        to_split_.push_back(tree_.infos[static_cast<std::size_t>(open[k])].cell);
+      if (!joined[k]) to_split_.push_back(tree_.infos[static_cast<std::size_t>(open[k])].cell);
     }
     const auto infos = static_cast<std::int32_t>(tree_.infos.size());
     std::vector<std::int32_t> next;

@@ -63,8 +63,9 @@ CellTree::CellTree(const CompoundSurface::Impl& surface, const PlanBox& box,
         next.push_back(cells[static_cast<std::size_t>(c)].child + k);
     }
     // Bodies that all lie over one another are not told apart this way.
-    const double side = open.empty() ? 0 : cells[static_cast<std::size_t>(open[0])].box.x1 -
-                                               cells[static_cast<std::size_t>(open[0])].box.x0;
+    const double side = open.empty() ? 0
+                                     : cells[static_cast<std::size_t>(open[0])].box.x1 -
+                                           cells[static_cast<std::size_t>(open[0])].box.x0;
     if (!next.empty() && (next.size() + seeds.size() > kMostSeeds || side < 16 * limits_.least)) {
       for (const std::int32_t c : next) {
         Seed seed;
@@ -164,8 +165,7 @@ void CellTree::grow_all(const std::vector<Seed>& seeds) {
     // One after another: how much is left depends on those before.
     for (const Seed& seed : seeds) {
       Sprout sprout;
-      sprout.most_cells =
-          limits_.most_cells > cells.size() ? limits_.most_cells - cells.size() : 1;
+      sprout.most_cells = limits_.most_cells > cells.size() ? limits_.most_cells - cells.size() : 1;
       sprout.stopped = stopped;
       run(seed, sprout);
       take(std::move(sprout), seed.cell);

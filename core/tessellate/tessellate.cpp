@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <unordered_map>
 
 #include "core/grid/grid_array.h"
 #include "core/parallel.h"
@@ -180,13 +182,15 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   report.tolerance = tolerance;
   report.uncertified_area = arrangement->uncertified_area;
   report.certified_deviation = samples->largest_deviation;
+  std::unordered_map<std::string, ElementReport*> by_name;
+  for (ElementReport& e : report.elements) by_name.emplace(e.name, &e);
   for (const RegionMesh& r : regions) {
     report.uncertified_area += r.unproven_area;
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
-    const std::string name = surface.element_name(r.label);
-    for (ElementReport& e : report.elements) {
-      if (e.name == name) e.max_deviation = std::fmax(e.max_deviation, r.largest_deviation);
-    }
+    const auto element = by_name.find(surface.element_name(r.label));
+    if (element == by_name.end()) continue;
+    double& most = element->second->max_deviation;
+    most = std::fmax(most, r.largest_deviation);
   }
   report.uncertified_area += samples->unproven_length * 2 * samples->largest_deviation;
   report.seconds_evaluate = evaluate;
