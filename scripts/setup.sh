@@ -37,6 +37,7 @@ if_there=(chromium)
 bench=(
   libbenchmark-dev     # Google Benchmark
   libtinyobjloader-dev # peer of the OBJ reader
+  libocct-modeling-algorithms-dev libocct-visualization-dev # peer of the mesher; the second has a header that the first needs
 )
 
 case "${1:-}" in

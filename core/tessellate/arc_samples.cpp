@@ -14,9 +14,12 @@ namespace {
 constexpr int kMaxDepth = 14;  // halvings of a stretch while its sag is measured
 constexpr int kBorderDepth =
     4;  // halvings that every border stretch gets: a base may wave along it
-constexpr int kCertifyDepth = 10;  // halvings of a chord while its bound is too large
+constexpr int kCertifyDepth = 10;   // halvings of a chord while its bound is too large
+constexpr double kScanSlack = 1.2;  // the same beside a scan, whose arcs are chains of short curves
+constexpr double kSlack = 1.02;     // of the sag asked for, before a chord is halved for its bound
+constexpr int kMostTrials = 4;      // to lay an arc's points so that all bounds keep the sag
 constexpr double kEdgeFactor =
-    1.6;  // edges on arcs may be longer than inside: only one side of them is curved
+    1.2;  // edges on arcs may be longer than inside: only one side of them is curved
 
 double chord_distance(const Vec3& a, const Vec3& m, const Vec3& b) {
   const Vec3 d = b - a;
@@ -184,9 +187,6 @@ double ArcSamples::lifted_sag(std::uint32_t a, const ArcPoint& p, const ArcPoint
 
 void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
   const PlanArc& arc = arrangement_.arcs[a];
-  struct Piece {
-    double t0, t1, weight;
-  };
   std::vector<Piece> pieces;
   struct Open {
     double t0, t1;
@@ -203,6 +203,8 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
     }
     return;
   }
+  const double most = sag_of(a);
+  const bool scan = has_scan(a);
   ArcPoint last = end_of(a, false);
   for (std::size_t k = 0; k < stretches; ++k) {
     const double t0 = static_cast<double>(k), t1 = static_cast<double>(k + 1);
@@ -216,13 +218,12 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
       const ArcPoint m = point_at(a, tm);
       const double sag = lifted_sag(a, o.p0, m, o.p1);
       const bool deep = o.depth >= kMaxDepth;
-      if (!deep &&
-          (sag > 2 * options_.sag || (arc.border && o.depth < kBorderDepth && !is_scan_border))) {
+      if (!deep && (sag > 2 * most || (arc.border && o.depth < kBorderDepth && !is_scan_border))) {
         open.push_back({tm, o.t1, m, o.p1, o.depth + 1});
         open.push_back({o.t0, tm, o.p0, m, o.depth + 1});
         continue;
       }
-      double weight = std::sqrt(sag / options_.sag);
+      double weight = std::sqrt(sag / most);
       for (const Label label : {arc.left, arc.right}) {
         if (label == kNoLabel || is_scan(label)) continue;
         const Vec3 p0(o.p0.x, o.p0.y, z_of(o.p0, label)), p1(o.p1.x, o.p1.y, z_of(o.p1, label));
@@ -233,8 +234,39 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
       pieces.push_back({o.t0, o.t1, weight});
     }
   }
-  // Pieces come in order: the stack is worked off from the front of each stretch. Kept nodes part
-  // them into runs, each sampled evenly by weight.
+  // Pieces come in order: the stack is worked off from the front of each stretch. Laid again more
+  // densely where the bound of a chord, which is somewhat above its sag, asks for it: halving it
+  // would leave one twice as dense as the rest.
+  for (int trial = 1;; ++trial) {
+    out.clear();
+    lay_points(a, pieces, out);
+    bool enough = true;
+    std::size_t k = 0;
+    double t0 = 0;
+    ArcPoint p = end_of(a, false);
+    for (std::size_t i = 0; i <= out.size() && trial < kMostTrials && !scan; ++i) {
+      const bool at_end = i == out.size();
+      const double t1 = at_end ? static_cast<double>(stretches) : out[i].t;
+      const ArcPoint q = at_end ? end_of(a, true) : out[i].p;
+      const double d = bound(a, t0, p, t1, q);
+      const bool dense = d > most && d < 4 * most;
+      while (k > 0 && (k == pieces.size() || pieces[k].t0 > t0)) --k;
+      for (; k < pieces.size() && pieces[k].t0 < t1; ++k) {
+        if (dense && pieces[k].t1 > t0) pieces[k].weight *= std::sqrt(1.01 * d / most);
+      }
+      enough = enough && !dense;
+      t0 = t1;
+      p = q;
+    }
+    if (enough || trial == kMostTrials) return;
+  }
+}
+
+// Points between the ends of an arc at equal parts of the weights. Kept nodes part them into runs.
+void ArcSamples::lay_points(std::uint32_t a, const std::vector<Piece>& pieces,
+                            std::vector<Trial>& out) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  const std::size_t stretches = arc.nodes.size() - 1;
   std::size_t k = 0;
   for (std::size_t from = 0; from < stretches;) {
     std::size_t to = from + 1;
@@ -325,15 +357,26 @@ void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const 
   std::sort(out.begin(), out.end(), [](const Trial& x, const Trial& y) { return x.t < y.t; });
 }
 
-double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e) const {
+double ArcSamples::sag_of(std::uint32_t a) const {
   const PlanArc& arc = arrangement_.arcs[a];
-  const double t1 = e.t <= s.t ? static_cast<double>(arc.nodes.size() - 1) : e.t;
-  const ArcPoint &p = points[s.point], &q = points[e.point];
+  for (const Label label : {arc.left, arc.right}) {
+    if (label != kNoLabel && (is_scan(label) || !charts_.at(label).is_plane())) return options_.sag;
+  }
+  return options_.flat_sag;
+}
+
+double ArcSamples::bound(std::uint32_t a, const ArcSample& s, const ArcSample& e) const {
+  const double t1 = e.t <= s.t ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1) : e.t;
+  return bound(a, s.t, points[s.point], t1, points[e.point]);
+}
+
+double ArcSamples::bound(std::uint32_t a, double t0, const ArcPoint& p, double t1,
+                         const ArcPoint& q) const {
   // Beside a scan each stretch is a curve of its own, in the plane of one facet: farthest from a
   // chord over several of them is a point between two, or the curve beside its own chord.
-  const auto first = static_cast<std::size_t>(s.t) + 1;
+  const auto first = static_cast<std::size_t>(t0) + 1;
   const auto end = static_cast<std::size_t>(std::ceil(t1));
-  if (first >= end || !(has_scan(a))) return bound_of(a, 0.5 * (s.t + t1), p, q);
+  if (first >= end || !(has_scan(a))) return bound_of(a, 0.5 * (t0 + t1), p, q);
   double off = 0, most = 0;
   ArcPoint from = p;
   for (std::size_t k = first; k <= end; ++k) {
@@ -449,8 +492,8 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   SampledArc& arc = arcs[a];
   const std::uint32_t next = arc.samples[n].next;
   const double d = bound(a, arc.samples[n], arc.samples[next]);
-  if (d > 1.2 * options_.sag && depth < kCertifyDepth && options_.grid_x == nullptr &&
-      !arrangement_.arcs[a].seam) {
+  if (d > (has_scan(a) ? kScanSlack : kSlack) * sag_of(a) && depth < kCertifyDepth &&
+      options_.grid_x == nullptr && !arrangement_.arcs[a].seam) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t

@@ -35,11 +35,11 @@ struct ArcSample {
 
 struct SampledArc {
   std::vector<ArcSample> samples;  // in order of creation; the chain starts at samples[0]
-  double tolerance = 0;
 };
 
 struct SamplingOptions {
-  double sag = 0;        // largest distance of chords from their arcs
+  double sag = 0;        // largest distance of chords from their arcs beside curved faces
+  double flat_sag = 0;   // and between planes, which have no deviation of their own
   double tolerance = 0;  // of the faces beside
   double shortest = 0;   // no chord is made shorter
   const std::vector<double>* grid_x =
@@ -109,11 +109,20 @@ class ArcSamples {
   [[nodiscard]] double halfway(std::uint32_t arc, double t0, double t1) const;
   [[nodiscard]] ArcPoint end_of(std::uint32_t arc, bool last) const;
   void sample(std::uint32_t arc, std::vector<Trial>& out) const;
+  struct Piece {  // of an arc, and how many chords it takes
+    double t0, t1, weight;
+  };
+  void lay_points(std::uint32_t arc, const std::vector<Piece>& pieces,
+                  std::vector<Trial>& out) const;
   void sample_on_grid(std::uint32_t arc, std::vector<Trial>& out) const;
   [[nodiscard]] double lifted_sag(std::uint32_t arc, const ArcPoint& a, const ArcPoint& m,
                                   const ArcPoint& b) const;
   [[nodiscard]] double z_of(const ArcPoint& p, Label label) const;
   [[nodiscard]] bool is_scan(Label label) const;
+  [[nodiscard]] double sag_of(std::uint32_t arc) const;
+  // Of the chord between two points of an arc at t0 and t1.
+  [[nodiscard]] double bound(std::uint32_t arc, double t0, const ArcPoint& p, double t1,
+                             const ArcPoint& q) const;
   [[nodiscard]] double bound(std::uint32_t arc, const ArcSample& a, const ArcSample& b) const;
   // The same for the curve of one stretch, at t on the arc.
   [[nodiscard]] double bound_of(std::uint32_t arc, double t, const ArcPoint& p,

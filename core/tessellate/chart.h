@@ -32,7 +32,7 @@ namespace diesink {
 // Immutable; any number of threads.
 class FaceChart {
  public:
-  static constexpr double kRulingStretch = 2.5;
+  static constexpr double kRulingStretch = 2.9;
 
   // Needs: the surface, and the curvature where given, outlive the chart. `curvature` saves the
   //        enclosures of a Ferguson base from being worked out anew for every spacing().
@@ -53,6 +53,8 @@ class FaceChart {
 
   // Unit normal that points up; at the silhouette level, and on the same side as nearby.
   [[nodiscard]] Vec3 normal(const Vec3& p) const;
+
+  [[nodiscard]] bool is_plane() const { return kind_ == Kind::kPlane; }
 
   // The apex of a cone whose side this is.
   [[nodiscard]] std::optional<Vec3> apex() const;

@@ -1,9 +1,11 @@
 // Delaunay refinement that never splits a segment itself but asks for it.
 // Ruppert 1995 (encroached segments first), Shewchuk 2002 (small input angles), Ungor 2004
-// (off-centres).
+// (off-centres); Rebay 1993, Engwirda and Ivers 2016 (vertices placed in front of finished
+// triangles).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/tessellate/planar_triangulation.h"
 
@@ -11,7 +13,9 @@ namespace diesink {
 namespace {
 
 constexpr double kLeastEdge = 0x1p10;  // on the lattice: nothing is made shorter
-constexpr int kLevels = 128;           // of urgency, for accuracy and for shape each
+// A vertex in front of finished triangles keeps this part of the wanted spacing from all others.
+constexpr double kNearest = 0.6;
+constexpr int kLevels = 128;  // of urgency, for accuracy and for shape each
 
 struct Offset {
   double x, y;
@@ -150,6 +154,7 @@ void PlanarTriangulation::push_bad(std::size_t level, const Ticket& ticket) {
 void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules) {
   const std::uint32_t t = ticket.triangle;
   if (triangles_[t].stamp != ticket.stamp || !is_inside(t)) return;
+  if (rules.spacing && examine_accuracy(ticket, rules)) return;
   const std::array<std::uint32_t, 3> corner = triangles_[t].corner;
   const Shape shape = shape_of({lattice_[corner[0]], lattice_[corner[1]], lattice_[corner[2]]}, t);
   if (min_angle_ > 0) {
@@ -176,13 +181,12 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
       return;
     }
   }
-  examine_accuracy(ticket, rules);
+  if (rules.spacing || !examine_accuracy(ticket, rules)) examine_fold(ticket, rules);
 }
 
-void PlanarTriangulation::examine_accuracy(const Ticket& ticket, const RefineRules& rules) {
+void PlanarTriangulation::examine_fold(const Ticket& ticket, const RefineRules& rules) {
   const std::array<std::uint32_t, 3> corner = triangles_[ticket.triangle].corner;
-  if (!rules.too_coarse ||
-      !rules.too_coarse(corner[0] - kFrame, corner[1] - kFrame, corner[2] - kFrame)) {
+  if (!rules.folded || !rules.folded(corner[0] - kFrame, corner[1] - kFrame, corner[2] - kFrame)) {
     return;
   }
   const Shape shape =
@@ -190,8 +194,66 @@ void PlanarTriangulation::examine_accuracy(const Ticket& ticket, const RefineRul
   push_bad(accuracy_level(shape), ticket);
 }
 
+bool PlanarTriangulation::examine_accuracy(const Ticket& ticket, const RefineRules& rules) {
+  const std::uint32_t t = ticket.triangle;
+  const std::array<std::uint32_t, 3> corner = triangles_[t].corner;
+  if (!rules.too_coarse ||
+      !rules.too_coarse(corner[0] - kFrame, corner[1] - kFrame, corner[2] - kFrame)) {
+    triangles_[t].marks &= ~kCoarse;
+    if (!rules.spacing) return false;
+    for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+      if (is_constrained(h)) continue;
+      const std::uint32_t beyond = twin(h) >> 2;
+      if ((triangles_[beyond].marks & kCoarse) != 0)
+        front_.push_back({beyond, triangles_[beyond].stamp});
+    }
+    return false;
+  }
+  triangles_[t].marks |= kCoarse;
+  const Shape shape = shape_of({lattice_[corner[0]], lattice_[corner[1]], lattice_[corner[2]]}, t);
+  push_bad(accuracy_level(shape), ticket);
+  if (rules.spacing) front_.push_back(ticket);
+  return true;
+}
+
+// A new vertex where a regular triangle on an edge beside what is fine enough has the size wanted
+// there. What lies in the way of it is left to mend().
+void PlanarTriangulation::advance(const Ticket& coarse, const RefineRules& rules) {
+  const std::uint32_t t = coarse.triangle;
+  if (triangles_[t].stamp != coarse.stamp || !is_inside(t)) return;
+  std::uint32_t edge = kNoEdge;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
+    if (!is_constrained(h) && (triangles_[twin(h) >> 2].marks & kCoarse) != 0) continue;
+    const LatticePoint& tip = lattice_[apex(h)];
+    // The centre of the circle lies behind an edge that faces an obtuse corner.
+    if (dot(lattice_[origin(h)] - tip, lattice_[origin(next(h))] - tip) <= 0) continue;
+    const double length = square(lattice_[origin(next(h))] - lattice_[origin(h)]);
+    if (length < shortest) {
+      shortest = length;
+      edge = h;
+    }
+  }
+  if (edge == kNoEdge) return;
+  const std::uint32_t a = origin(edge), b = origin(next(edge));
+  const double wanted = 0.5 * (rules.spacing(a - kFrame) + rules.spacing(b - kFrame));
+  if (!(wanted < std::numeric_limits<double>::infinity())) return;
+  const double size = wanted * to_lattice_scale_;
+  const Offset u = lattice_[b] - lattice_[a], v = lattice_[apex(edge)] - lattice_[a];
+  const double half = 0.5 * std::sqrt(shortest);
+  // Of the circle's centre above the edge.
+  const double centre = half * (dot(v, v) - dot(u, v)) / cross(u, v);
+  const double radius = std::fmax(size / std::numbers::sqrt3, half);
+  const double height = std::fmin(radius + std::sqrt(radius * radius - half * half), centre);
+  const double s = 0.5 * height / half;
+  const LatticePoint q =
+      rounded(lattice_[a].x + 0.5 * u.x - s * u.y, lattice_[a].y + 0.5 * u.y + s * u.x);
+  if (mend_at(q, t, false, kNearest * size, rules) == Mended::kWaits) deferred_.push_back(coarse);
+}
+
 PlanarTriangulation::Mended PlanarTriangulation::mend_at(const LatticePoint& q, std::uint32_t t,
-                                                         bool for_shape, const RefineRules& rules) {
+                                                         bool for_shape, double apart,
+                                                         const RefineRules& rules) {
   const Located at = locate(q, t, false);
   if (at.blocked != kNoEdge) return request(at.blocked, for_shape) ? Mended::kWaits : Mended::kHeld;
   if (!at.found || is_on_corner(at.triangle, q)) return Mended::kHeld;
@@ -213,8 +275,8 @@ PlanarTriangulation::Mended PlanarTriangulation::mend_at(const LatticePoint& q, 
     }
   }
   if (waits) return Mended::kWaits;
-  const double least =
-      for_shape ? std::max(kLeastEdge, shortest_edge_ * to_lattice_scale_) : kLeastEdge;
+  const double least = std::max(
+      apart, for_shape ? std::max(kLeastEdge, shortest_edge_ * to_lattice_scale_) : kLeastEdge);
   if (held || nearest < least * least) return Mended::kHeld;
   const Vec2 p = to_chart(q);
   if (rules.add_vertex && !rules.add_vertex(p)) return Mended::kDone;
@@ -231,8 +293,12 @@ void PlanarTriangulation::mend(const Ticket& bad, bool for_shape, const RefineRu
   // A little less far than the angle allows, so that rounding leaves no triangle just below it.
   constexpr double kNearer = 0.475, kWidest = 0.1;
   const double angle = for_shape ? min_angle_ : kWidest;
-  Mended mended = mend_at(off_centre(shape, kNearer / std::tan(0.5 * angle)), t, for_shape, rules);
-  if (mended == Mended::kHeld && for_shape) return examine_accuracy(bad, rules);
+  Mended mended =
+      mend_at(off_centre(shape, kNearer / std::tan(0.5 * angle)), t, for_shape, 0, rules);
+  if (mended == Mended::kHeld && for_shape) {
+    if (rules.spacing || !examine_accuracy(bad, rules)) examine_fold(bad, rules);
+    return;
+  }
   if (mended == Mended::kHeld) {
     // Accuracy without that segment: the middle of the longest edge, or within the triangle.
     const std::uint32_t h = shape.bc >= shape.ca ? next(shape.shortest) : prev(shape.shortest);
@@ -240,12 +306,12 @@ void PlanarTriangulation::mend(const Ticket& bad, bool for_shape, const RefineRu
       mended = request(h, false) ? Mended::kWaits : Mended::kHeld;
     } else {
       const LatticePoint &a = lattice_[origin(h)], &b = lattice_[origin(next(h))];
-      mended = mend_at(rounded(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)), t, false, rules);
+      mended = mend_at(rounded(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)), t, false, 0, rules);
     }
     if (mended == Mended::kHeld) {
       mended = mend_at(
           rounded((shape.a.x + shape.b.x + shape.c.x) / 3, (shape.a.y + shape.b.y + shape.c.y) / 3),
-          t, false, rules);
+          t, false, 0, rules);
     }
   }
   if (mended == Mended::kWaits) deferred_.push_back(bad);
@@ -260,6 +326,13 @@ std::vector<PlanarTriangulation::Segment> PlanarTriangulation::refine(const Refi
       fresh_.pop_back();
       examine(ticket, rules);
     }
+    if (front_begin_ < front_.size()) {
+      const Ticket ticket = front_[front_begin_++];
+      advance(ticket, rules);
+      continue;
+    }
+    front_.clear();
+    front_begin_ = 0;
     while (top_ > 0 && bad_[top_].empty()) --top_;
     if (bad_[top_].empty()) break;
     const Ticket ticket = bad_[top_].back();

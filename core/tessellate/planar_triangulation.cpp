@@ -233,6 +233,8 @@ std::vector<SegmentCrossing> PlanarTriangulation::build(std::span<const Vec2> po
   fresh_.clear();
   bad_.clear();
   top_ = 0;
+  front_.clear();
+  front_begin_ = 0;
   deferred_.clear();
   requests_.clear();
   keeps_fresh_ = false;

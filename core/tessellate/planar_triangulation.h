@@ -36,6 +36,14 @@ struct RefineRules {
   // True where the triangle (anticlockwise) must be refined by a new vertex for accuracy; may be
   // empty. Its answer is remembered until the triangle is gone.
   std::function<bool(std::uint32_t, std::uint32_t, std::uint32_t)> too_coarse;
+  // The same for what only matters of triangles that are accurate and not too narrow, and is asked
+  // of those alone; may be empty.
+  std::function<bool(std::uint32_t, std::uint32_t, std::uint32_t)> folded;
+  // Chart length of the edges that a vertex would have about it for accuracy, infinite where any
+  // will do; may be empty. With it, new vertices for accuracy are placed so that regular triangles
+  // of that size grow inwards from what is fine enough already, which takes about a third fewer
+  // than centres of circles.
+  std::function<double(std::uint32_t)> spacing;
   // Called for each new interior vertex in order of creation with its chart position, before it
   // gets the next index; false refuses it, and the triangle it should mend is left as it is.
   std::function<bool(const Vec2&)> add_vertex;
@@ -114,6 +122,7 @@ class PlanarTriangulation {
   static constexpr std::uint32_t kConstrained = 1U << 0, kRequested = 1U << 4, kKept = 1U << 8;
   static constexpr std::uint32_t kEdgeMarks = kConstrained | kRequested | kKept;
   static constexpr std::uint32_t kInside = 1U << 3, kInHole = 1U << 7;
+  static constexpr std::uint32_t kCoarse = 1U << 11;  // looked at, and not accurate enough
   static constexpr std::uint32_t kNoEdge = 0xFFFFFFFFU;
 
   // One edge of the border of a hole in the triangulation, seen from within.
@@ -204,9 +213,12 @@ class PlanarTriangulation {
   void start_round(const RefineRules& rules);
   void push_bad(std::size_t level, const Ticket& ticket);
   void examine(const Ticket& ticket, const RefineRules& rules);
-  void examine_accuracy(const Ticket& ticket, const RefineRules& rules);
+  bool examine_accuracy(const Ticket& ticket, const RefineRules& rules);
+  void examine_fold(const Ticket& ticket, const RefineRules& rules);
+  void advance(const Ticket& coarse, const RefineRules& rules);
   void mend(const Ticket& bad, bool for_shape, const RefineRules& rules);
-  [[nodiscard]] Mended mend_at(const LatticePoint& q, std::uint32_t t, bool for_shape,
+  // No nearer to another vertex than `apart`, lattice length.
+  [[nodiscard]] Mended mend_at(const LatticePoint& q, std::uint32_t t, bool for_shape, double apart,
                                const RefineRules& rules);
   [[nodiscard]] bool request(std::uint32_t h, bool for_shape);
   // Whether segments enclose the corner opposite h at less than 60 degrees.
@@ -236,7 +248,9 @@ class PlanarTriangulation {
   std::vector<Ticket> fresh_;             // made and not yet looked at
   std::vector<std::vector<Ticket>> bad_;  // by urgency
   std::size_t top_ = 0;                   // no level above it has any
-  std::vector<Ticket> deferred_;          // wait for the split of a segment
+  std::vector<Ticket> front_;             // coarse, and perhaps beside what is not; in turn
+  std::size_t front_begin_ = 0;
+  std::vector<Ticket> deferred_;  // wait for the split of a segment
   std::vector<Segment> requests_;
   double min_angle_ = 0, shortest_edge_ = 0;  // radians; chart
   bool split_encroached_ = true;

@@ -18,6 +18,11 @@ using Impl = CompoundSurface::Impl;
 
 // Share of the tolerance that triangles are refined to whatever their arcs leave of it.
 constexpr double kLeastRoom = 0.3;
+// Of the chart's own spacing, which is for triangles that are regular: those of refinement are not
+// quite.
+constexpr double kSpacing = 0.93;
+// Slopes between triangle and face up to which what lies near a chord can be told apart.
+constexpr double kGentle = 0.5;
 // Rounds of splitting chords for triangles that look down.
 constexpr int kTurnedRounds = 12;
 
@@ -74,6 +79,7 @@ class Region {
   RegionMesh mesh_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_of_;
   std::vector<Vec2> points_;
+  std::vector<double> spacing_;  // of each vertex, chart length
   bool built_ = false, broken_ = false, urgent_ = false;
   int turned_rounds_ = 0;
 };
@@ -96,6 +102,7 @@ std::vector<Region::Chord> Region::build() {
   mesh_.position.clear();
   mesh_.border_bound.clear();
   points_.clear();
+  spacing_.clear();
   broken_ = false;
   std::vector<PlanarTriangulation::Segment> segments;
   std::vector<std::uint32_t> chain;
@@ -236,8 +243,21 @@ double Region::face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) 
                    0.58 * longest_edge(a, b, c));
 }
 
+// A point p of the triangle has its foot on the surface within the face's bound f, along the
+// triangle's normal. Where that foot lies beyond an arc, p lies between the arc's chord and the arc
+// as seen along the normal: with d the way from the chord to the arc beside p, and s <= d·e the
+// distance of p from the chord along e, in the triangle and across the chord, p is
+// |d - s e|² = d² - s (2 d·e - s) from the arc, so no farther than the chord is. The larger of both
+// is the bound, not their sum. The factor of two before d·e is room for neighbouring triangles,
+// whose normals differ from that of the one at the chord: `slope` bounds by how much, as a gap that
+// is quadratic, at most f and nothing at the vertices falls off by at most 8 f / altitude.
 double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  return face_bound_of(a, b, c) + border_bound_of(a, b, c);
+  const double face = face_bound_of(a, b, c), border = border_bound_of(a, b, c);
+  if (border == 0 || face == 0) return face + border;
+  const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
+  const double altitude = (q - p).cross(r - p).norm() / longest_edge(a, b, c);
+  const double slope = 8 * face / altitude;
+  return slope < kGentle ? std::fmax(face, border) : face + border;
 }
 
 // By more than rounding turns an upright triangle.
@@ -250,26 +270,35 @@ bool Region::looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
 std::vector<Region::Chord> Region::refine() {
   if (!built_ || options_.grid_x != nullptr) return {};
   RefineRules rules;
-  rules.min_angle = options_.min_angle;
+  rules.min_angle = chart_.is_plane() ? options_.flat_angle : options_.min_angle;
   rules.shortest_edge = options_.shortest;
   rules.max_vertices = 50'000'000;
   rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     // What arcs leave no room for, vertices inside cannot mend.
-    const double room = options_.tolerance - border_bound_of(a, b, c);
-    if (face_bound_of(a, b, c) <= std::fmax(room, kLeastRoom * options_.tolerance) &&
-        !looks_down(a, b, c)) {
+    if (bound_of(a, b, c) <= options_.tolerance ||
+        face_bound_of(a, b, c) <= kLeastRoom * options_.tolerance) {
       return false;
     }
     // Next to nothing across: only its arcs could mend it.
     return longest_edge(a, b, c) > 0.25 * options_.tolerance;
   };
+  rules.folded = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    return looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance;
+  };
+  // New vertices have none yet, those of build() and of splits neither.
+  const auto add_spacing = [this](std::size_t v) {
+    spacing_.push_back(kSpacing * chart_.spacing(mesh_.position[v], options_.tolerance));
+  };
+  for (std::size_t v = spacing_.size(); v < mesh_.position.size(); ++v) add_spacing(v);
+  rules.spacing = [this](std::uint32_t v) { return spacing_[v]; };
   rules.closing = [this](std::uint32_t a, std::uint32_t b) { return closing(a, b); };
-  rules.add_vertex = [this](const Vec2& c) {
+  rules.add_vertex = [this, &add_spacing](const Vec2& c) {
     Vec3 p;
     if (!chart_.from_chart(c, p)) return false;
     mesh_.arc_point.push_back(ArcSamples::kNone);
     mesh_.position.push_back(p);
     mesh_.border_bound.push_back(0);
+    add_spacing(mesh_.position.size() - 1);
     return true;
   };
   std::vector<Chord> chords;

@@ -30,7 +30,8 @@ struct RegionMesh {
 
 struct RegionOptions {
   double tolerance = 0;
-  double min_angle = 0.40;  // radians in the chart
+  double min_angle = 0.40;   // radians in the chart
+  double flat_angle = 0.24;  // on planes, where only the grading beside fine borders asks for any
   double shortest = 0;
   int rounds = 24;
   int threads = 0;

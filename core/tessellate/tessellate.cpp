@@ -21,8 +21,12 @@
 namespace diesink {
 namespace {
 
-// Part of the tolerance that the chords of arcs may take; the faces beside them have the rest.
-constexpr double kArcShare = 0.35;
+// Part of the tolerance that the chords of arcs may take beside curved faces. The whole would be
+// proven too (region_mesh.cpp), but chords of a circle with it are longer than the edges of a
+// sphere beside them may be, and would be split.
+constexpr double kArcShare = 0.75;
+// And between planes.
+constexpr double kFlatArcShare = 0.96;
 
 // Ways to lay the cells before a part is refused.
 constexpr int kVariants = 8;
@@ -111,6 +115,7 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
       tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance();  // rounding of the vertices themselves
   SamplingOptions sampling;
   sampling.sag = kArcShare * budget;
+  sampling.flat_sag = kFlatArcShare * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
   RegionOptions region_options;

@@ -207,7 +207,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   // Faces of solids and the arcs have the whole of it, the base what its arcs leave.
   const double budget = (tolerance - moved) * (1 - 1e-6) - 4 * surface.tie_tolerance();
   SamplingOptions sampling;
-  sampling.sag = kArcShare * budget;
+  sampling.sag = sampling.flat_sag = kArcShare * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
   ArcSamples samples(surface.impl(), *arrangement, sampling);

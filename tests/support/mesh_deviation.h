@@ -113,12 +113,24 @@ class MeshInPlan {
 };
 
 // Whether the surface, completed by its walls, comes within `t` of p: the ball about p reaches both
-// above and below it, or a point of it lies in the ball. `effort`: directions.
+// above and below it, or a point of it lies in the ball. `effort`: directions. Where the ball
+// reaches over the surface's outline the last point before it counts, which is steep there at a
+// silhouette and would be missed.
 inline bool surface_within(const CompoundSurface& surface, const Vec3& p, double t, int effort) {
   bool above = false, below = false;
+  const bool over_surface = surface.at(p.x(), p.y()).has_value();
+  const auto reaches_outline = [&](const Vec3& beyond) {
+    Vec3 in = p, out = beyond;
+    for (int k = 0; k < 60; ++k) {
+      const Vec3 m = 0.5 * (in + out);
+      (surface.at(m.x(), m.y()) ? in : out) = m;
+    }
+    const std::optional<CcDatum> last = surface.at(in.x(), in.y());
+    return last && (Vec3(in.x(), in.y(), last->z) - p).norm() <= t;
+  };
   const auto see = [&](const Vec3& q) {
     const std::optional<CcDatum> hit = surface.at(q.x(), q.y());
-    if (!hit) return false;
+    if (!hit) return over_surface && reaches_outline(q);
     above = above || q.z() >= hit->z;
     below = below || q.z() <= hit->z;
     return (above && below) || (Vec3(q.x(), q.y(), hit->z) - p).norm() <= t;
