@@ -705,7 +705,12 @@ void ArcCutter::cut(PlanArc& arc) {
     }
   }
   // Inner nodes at the place of the one before them, or of the arc's end, say nothing.
-  const auto same_place = [&](std::uint32_t i, std::uint32_t j) { return at(i) == at(j); };
+  // (Told apart to what decides that a point lies on an edge; the domain's border keeps its own,
+  // which are the neighbouring tile's, too.)
+  const double apart = arc.border ? 0 : near_;
+  const auto same_place = [&](std::uint32_t i, std::uint32_t j) {
+    return (at(i) - at(j)).norm() <= apart;
+  };
   arc.nodes = {nodes_[0]};
   arc.curves.clear();
   for (std::size_t k = 1; k < nodes_.size(); ++k) {

@@ -38,7 +38,7 @@ constexpr double kLeastSheetShare = 0.25;
 constexpr std::size_t kMostCells = 100'000;
 
 // Ways through. Where borders come closer to one another than can be told apart, other cells may
-// do, or a sheet thinned out beforehand.
+// do, or a sheet thinned out beforehand (creases then lie on that one's facets).
 struct Way {
   double lean;    // of the tolerance: the width in plan of what stands for an upright wall
   int variant;    // of the arrangement's cells
