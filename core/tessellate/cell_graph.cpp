@@ -8,11 +8,16 @@
 #include <unordered_map>
 
 #include "core/parallel.h"
+#include "core/tessellate/draw_together.h"
 
 namespace diesink {
 namespace {
 
 using Impl = CompoundSurface::Impl;
+
+// Rounds of splitting after which cells that go on and on spoiling each other are joined as they
+// are.
+constexpr int kPasses = 200;
 
 // Where a change lies on a cell's border: side 0 bottom, 1 right, 2 top, 3 left.
 struct OnBorder {
@@ -73,7 +78,7 @@ class GraphMaker {
   void leaves_on(std::int32_t in, std::uint8_t side, const PlanBox& box, const Take& take) const;
   void settle_cells();
   bool joins(std::int32_t info, const GraphMaker& known);
-  bool split_failed();
+  bool split_failed(bool last);
 
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
@@ -82,8 +87,6 @@ class GraphMaker {
   [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell,
                                     const Vec2& p) const;
   void pull_to_border();
-  void draw_together();
-  bool contract(std::uint32_t link);
   std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
                            const PlanCurve* two, double z1, double z2, const Vec3* vertex);
 
@@ -271,8 +274,8 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
     });
     for (std::size_t k = 0; k < n; k += 2) {
       if (!matches(items[order[k]], items[order[k + 1]])) return false;
-      if (!info.merged && !graph_.nodes[items[order[k]].node].curve.same_as(
-                              graph_.nodes[items[order[k + 1]].node].curve))
+      if (!graph_.nodes[items[order[k]].node].curve.same_as(
+              graph_.nodes[items[order[k + 1]].node].curve))
         return false;
       mate[order[k]] = order[k + 1];
       mate[order[k + 1]] = order[k];
@@ -583,74 +586,6 @@ void GraphMaker::pull_to_border() {
   }
 }
 
-// Makes the two ends of a link one node, the surer of them; what was a loop between them goes.
-bool GraphMaker::contract(std::uint32_t l) {
-  GraphLink& short_link = graph_.links[l];
-  std::uint32_t kept = short_link.from, dropped = short_link.to;
-  if (kept == dropped) return false;
-  const auto rank = [](const GraphNode& n) {
-    return n.border ? 3 : n.corner && n.solved ? 2 : n.corner ? 1 : 0;
-  };
-  if (rank(graph_.nodes[dropped]) > rank(graph_.nodes[kept])) std::swap(kept, dropped);
-  GraphNode &into = graph_.nodes[kept], &from = graph_.nodes[dropped];
-  if (into.border && rank(from) > 0) return false;
-  // The links round both, one after another, each from the short one on.
-  const auto place = std::find(into.links.begin(), into.links.end(), l);
-  const auto gap = std::find(from.links.begin(), from.links.end(), l);
-  if (place == into.links.end() || gap == from.links.end()) return false;
-  std::vector<std::uint32_t> round(into.links.begin(), place);
-  round.insert(round.end(), gap + 1, from.links.end());
-  round.insert(round.end(), from.links.begin(), gap);
-  round.insert(round.end(), place + 1, into.links.end());
-  for (const std::uint32_t k : from.links) {
-    GraphLink& moved = graph_.links[k];
-    if (moved.from == dropped) moved.from = kept;
-    if (moved.to == dropped) moved.to = kept;
-  }
-  short_link.gone = true;
-  for (const std::uint32_t k : round) {
-    if (graph_.links[k].from == graph_.links[k].to) graph_.links[k].gone = true;
-  }
-  std::erase_if(round, [&](std::uint32_t k) { return graph_.links[k].gone; });
-  into.links = std::move(round);
-  into.corner = into.corner || from.corner;
-  for (const LabelHeight& h : from.heights) {
-    const bool known = std::any_of(into.heights.begin(), into.heights.end(),
-                                   [&](const LabelHeight& o) { return o.label == h.label; });
-    if (!known) into.heights.push_back(h);
-  }
-  from = GraphNode{};
-  return true;
-}
-
-// Nodes that coordinates hardly tell apart, where cell borders pass beside corners, are one.
-void GraphMaker::draw_together() {
-  const double near = 1e-9 * surface_.size;
-  for (std::uint32_t l = 0; l < graph_.links.size(); ++l) {
-    const GraphLink& link = graph_.links[l];
-    if (link.gone) continue;
-    const GraphNode &a = graph_.nodes[link.from], &b = graph_.nodes[link.to];
-    if (std::hypot(a.x - b.x, a.y - b.y) <= near) contract(l);
-  }
-  // Cells beside one another that have found the same corner, each a little beyond its border: the
-  // way out and back goes.
-  for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
-    const GraphNode& between = graph_.nodes[n];
-    if (between.corner || between.border || between.links.size() != 2) continue;
-    const std::uint32_t links[2] = {between.links[0], between.links[1]};
-    const auto far_end = [&](std::uint32_t l) {
-      return graph_.links[l].from == n ? graph_.links[l].to : graph_.links[l].from;
-    };
-    const std::uint32_t ends[2] = {far_end(links[0]), far_end(links[1])};
-    const GraphNode &a = graph_.nodes[ends[0]], &b = graph_.nodes[ends[1]];
-    if (ends[0] == ends[1] || !a.corner || !b.corner || std::hypot(a.x - b.x, a.y - b.y) > near ||
-        std::hypot(a.x - between.x, a.y - between.y) > 16 * options_.least) {
-      continue;
-    }
-    if (contract(links[0]) && !graph_.links[links[1]].gone) contract(links[1]);
-  }
-}
-
 template <class Take>
 void GraphMaker::leaves_on(std::int32_t in, std::uint8_t side, const PlanBox& box,
                            const Take& take) const {
@@ -691,13 +626,14 @@ void GraphMaker::around(std::int32_t c, const Take& take) const {
   }
 }
 
-// Splits the cells that did not join; false where there are none.
-bool GraphMaker::split_failed() {
+// Splits the cells that did not join, or has them joined as they are in the last pass; false where
+// there are none.
+bool GraphMaker::split_failed(bool last) {
   if (to_split_.empty()) return false;
   std::vector<std::int32_t> split;
   for (const std::int32_t c : to_split_) {
     const PlanBox b = cell(c).box;
-    if (std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least) {
+    if (last || std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least) {
       cell(c).kind = CellKind::kLeast;
     } else {
       split.push_back(c);
@@ -738,7 +674,7 @@ void GraphMaker::settle_cells() {
   std::vector<std::unique_ptr<GraphMaker>> workers;
   for (int t = 0; t < thread_count(options_.threads); ++t)
     workers.push_back(std::make_unique<GraphMaker>(surface_, tree_, options_));
-  while (!open.empty() && !tree_.stopped) {
+  for (int round = 0; !open.empty() && !tree_.stopped; ++round) {
     std::vector<Stretch> fresh;
     for (const std::int32_t i : open) {
       const std::int32_t c = tree_.infos[static_cast<std::size_t>(i)].cell;
@@ -771,7 +707,7 @@ void GraphMaker::settle_cells() {
     const auto infos = static_cast<std::int32_t>(tree_.infos.size());
     std::vector<std::int32_t> next;
     const std::vector<std::int32_t> failed = to_split_;
-    if (!split_failed()) break;
+    if (!split_failed(round >= kPasses)) break;
     // What has no leaf of its own any more is not looked at again.
     for (const std::int32_t c : failed) {
       if (cell(c).info >= 0) next.push_back(cell(c).info);  // least now, joined whatever it holds
@@ -789,7 +725,7 @@ void GraphMaker::settle_cells() {
 CellGraph GraphMaker::make() {
   settle_cells();
   // Each round the cells that did not join are split; the least cells always join, so it ends.
-  for (int pass = 0; pass < 200 && !tree_.stopped; ++pass) {
+  for (int pass = 0; !tree_.stopped; ++pass) {
     graph_ = {};
     seam_changes_ = 0;
     found_.clear();
@@ -819,13 +755,13 @@ CellGraph GraphMaker::make() {
         own.push_back(found_[k++]);
       if (tree_.infos[i].cell >= 0) join(static_cast<std::int32_t>(i), own);
     }
-    if (!split_failed()) break;
+    if (!split_failed(pass >= kPasses)) break;
   }
   std::size_t on_seams = 0;
   for (const Seam* seam : options_.seams) on_seams += seam != nullptr ? seam->changes() : 0;
   graph_.keeps_seams = tree_.stopped || seam_changes_ == on_seams;
   pull_to_border();
-  draw_together();
+  draw_together(surface_, options_, graph_);
   return std::move(graph_);
 }
 

@@ -129,7 +129,6 @@ void CellTree::grow(Sprout& sprout, std::int32_t cell,
   info.cell = cell;
   info.has_vertex = verdict.has_vertex;
   info.star = verdict.star;
-  info.merged = verdict.merged;
   info.vertex = verdict.vertex;
   info.depth = verdict.depth;
   info.sorted_by_y = verdict.functions.count > 0 && verdict.functions[0].regular_x();

@@ -26,8 +26,6 @@ struct CellVerdict {
   bool hole = false;        // there may be no surface somewhere in the cell
   bool has_vertex = false;  // kCorner by a body's own vertex
   bool star = false;        // kCorner only if every function runs through the corner
-  bool merged =
-      false;  // two lines so close that they count as one: curves may differ along the arc
   Vec3 vertex = Vec3::Zero();
   double depth = 0;  // height between the lowest and the highest candidate
 };
@@ -52,7 +50,7 @@ struct CellInfo {
   std::int32_t cell = 0;
   bool has_vertex = false;
   Vec3 vertex = Vec3::Zero();
-  bool star = false, merged = false;  // as of the verdict
+  bool star = false;         // as of the verdict
   bool sorted_by_y = false;  // kArc: crossings pair up in ascending y (else in ascending x)
   double depth = 0;
   std::vector<std::uint32_t> steps;  // of the expression that matter in the cell

@@ -404,30 +404,9 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
     return false;
   };
-  // The end of a body and the line where its face meets another: where the body's underside all but
-  // lies on that other face the two run side by side, closer than the tolerance can tell, with
-  // nothing between them.
-  const auto ends_beside = [&](const PlanFunction& f, const PlanFunction& g) {
-    const PlanFunction& crossing = f.kind == PlanFunction::Kind::kCrossing ? f : g;
-    const PlanFunction& shadow = f.kind == PlanFunction::Kind::kCrossing ? g : f;
-    if (crossing.kind != PlanFunction::Kind::kCrossing || shadow.solid < 0 ||
-        (shadow.kind != PlanFunction::Kind::kShadow && shadow.kind != PlanFunction::Kind::kRim)) {
-      return false;
-    }
-    for (const Label label : {crossing.a, crossing.b}) {
-      if (surface.steps[surface.step_of_row[static_cast<std::size_t>(row_of(label))]].solid ==
-          shadow.solid)
-        return true;
-    }
-    return false;
-  };
   const auto push = [&](const PlanFunction& f) {
     for (const PlanFunction& g : fs) {
       if (same_line(f, g, box, tie)) return;
-      if (ends_beside(f, g) && same_line(f, g, box, flat)) {
-        verdict.merged = true;
-        return;
-      }
     }
     fs.push(f);
   };

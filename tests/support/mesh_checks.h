@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -190,9 +191,21 @@ inline void check_cover(const CompoundSurface& surface, const Tessellation& made
   if (!holes && sum < domain - slack) faults.add("plan area short of the domain", sum, domain);
 }
 
-// An open sheet ends on the domain's border or beside a hole.
-inline void check_borders(const CompoundSurface& surface, const Tessellation& made,
-                          Faults& faults) {
+// Whether a hole of the surface comes within 2e-9 of the size of a plan point.
+inline bool is_beside_hole(const CompoundSurface& surface, const Vec2& p) {
+  for (double r = 1e-12 * surface.size(); r < 2e-9 * surface.size(); r *= 2) {
+    for (int k = 0; k < 64; ++k) {
+      const double turn = 2 * std::numbers::pi * k / 64;
+      if (!surface.at(p.x() + r * std::cos(turn), p.y() + r * std::sin(turn))) return true;
+    }
+  }
+  return false;
+}
+
+// An open sheet ends on the domain's border or beside a hole. In the adaptive scheme that holds of
+// its open sides; in the grid scheme, whose chords run from grid line to grid line, of their ends.
+inline void check_borders(const CompoundSurface& surface, const TessellationOptions& options,
+                          const Tessellation& made, Faults& faults) {
   const TriangleMesh& mesh = made.mesh;
   const auto& d = made.report.domain;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> sides;  // (edge, directed edge)
@@ -214,6 +227,10 @@ inline void check_borders(const CompoundSurface& surface, const Tessellation& ma
     const bool border = (a.x() == d[0] && b.x() == d[0]) || (a.x() == d[1] && b.x() == d[1]) ||
                         (a.y() == d[2] && b.y() == d[2]) || (a.y() == d[3] && b.y() == d[3]);
     if (border) continue;
+    if (options.scheme == MeshScheme::kGrid) {
+      if (!is_beside_hole(surface, a.head<2>()) || !is_beside_hole(surface, b.head<2>())) stray(a);
+      continue;
+    }
     // The surface is on the left of the side: some point on its right has none.
     const Vec3 m = 0.5 * (a + b);
     Vec2 out(b.y() - a.y(), a.x() - b.x());
@@ -279,7 +296,7 @@ inline void check_mesh(const CompoundSurface& surface, const TessellationOptions
   if (!faults.text().empty() && made.mesh.triangles.empty()) return;
   check_triangles(made.mesh, surface.size(), faults);
   check_cover(surface, made, holes, faults);
-  if (!options.solid) check_borders(surface, made, faults);
+  if (!options.solid) check_borders(surface, options, made, faults);
   check_report(made, options.solid, faults);
 }
 
