@@ -4,9 +4,11 @@
 //        tessellation_soak --part FILE [TOLERANCE]  one program, all schemes
 //        tessellation_soak --cases FOLDER           writes the named degenerate dies there
 // SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -20,7 +22,7 @@
 namespace diesink::test {
 namespace {
 
-constexpr unsigned kSeconds = 60;
+constexpr rlim_t kSeconds = 60;  // of the processor, a trial
 
 struct Trial {
   std::string text;
@@ -57,7 +59,8 @@ std::string run_apart(const Trial& trial) {
   if (child < 0) return "no process\n";
   if (child == 0) {
     close(ends[0]);
-    alarm(kSeconds);
+    const rlimit limit{kSeconds, kSeconds + 1};
+    setrlimit(RLIMIT_CPU, &limit);
     std::string faults;
     try {
       faults = prove(surface_of(trial.text), trial.options);
@@ -82,7 +85,7 @@ std::string run_apart(const Trial& trial) {
   int status = 0;
   waitpid(child, &status, 0);
   if (WIFSIGNALED(status))
-    faults += WTERMSIG(status) == SIGALRM
+    faults += WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL
                   ? "took over a minute\n"
                   : "broke with signal " + std::to_string(WTERMSIG(status)) + '\n';
   return faults;
