@@ -13,6 +13,14 @@ using Impl = CompoundSurface::Impl;
 // sliver opens may lie from where the cells saw it open.
 constexpr double kReach = 16, kLongReach = 4096;
 
+PlanNode plan_node_of(const GraphNode& n) {
+  PlanNode node;
+  node.x = n.x;
+  node.y = n.y;
+  node.heights = n.heights;
+  return node;
+}
+
 class Tidier {
  public:
   Tidier(const Impl& surface, const ArrangementOptions& options, CellGraph& graph)
@@ -67,7 +75,7 @@ class Tidier {
   void join_doubled_corners();
   [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l) const;
   [[nodiscard]] bool stays_beside(std::uint32_t n, const Path& path) const;
-  [[nodiscard]] double distance(std::uint32_t n, std::uint32_t start, const Path& path) const;
+  [[nodiscard]] std::vector<Vec2> points_of(std::uint32_t start, const Path& path) const;
   [[nodiscard]] bool is_thin(std::uint32_t start, const Path& a, const Path& b) const;
   void drop(std::uint32_t start, const Path& path);
   void relabel(std::uint32_t start, const Path& kept, const Path& dropped, bool left, Label label);
@@ -171,31 +179,40 @@ Tidier::Path Tidier::path_from(std::uint32_t n, std::uint32_t l) const {
   return path;
 }
 
-// Of a node from the chords of a path.
-double Tidier::distance(std::uint32_t n, std::uint32_t start, const Path& path) const {
-  double least = 1e300;
-  Vec2 p = at(start);
-  for (std::size_t k = 0; k <= path.between.size(); ++k) {
-    const Vec2 q = at(k < path.between.size() ? path.between[k] : path.end);
-    const Vec2 d = q - p;
-    const double s = std::clamp(d.dot(at(n) - p) / std::fmax(d.squaredNorm(), 1e-300), 0.0, 1.0);
-    least = std::fmin(least, (at(n) - p - s * d).norm());
-    p = q;
+// The path's nodes and the middles of its stretches, on their curves.
+std::vector<Vec2> Tidier::points_of(std::uint32_t start, const Path& path) const {
+  std::vector<Vec2> points{at(start)};
+  std::uint32_t n = start;
+  for (std::size_t k = 0; k < path.links.size(); ++k) {
+    const std::uint32_t next = k < path.between.size() ? path.between[k] : path.end;
+    const GraphLink& link = graph_.links[path.links[k]];
+    const bool along = link.from == n;
+    PlanNode middle;
+    if (link.curve.type != CurveType::kUnsolved && (at(n) - at(next)).norm() > near_ &&
+        point_on_stretch(surface_, solver_, link.curve, along ? link.left : link.right,
+                         along ? link.right : link.left, plan_node_of(graph_.nodes[n]),
+                         plan_node_of(graph_.nodes[next]), 0.5, middle)) {
+      points.emplace_back(middle.x, middle.y);
+    }
+    points.push_back(at(next));
+    n = next;
   }
-  return least;
+  return points;
 }
 
 bool Tidier::is_thin(std::uint32_t start, const Path& a, const Path& b) const {
-  for (const std::uint32_t n : a.between) {
-    if (distance(n, start, b) > near_) return false;
-  }
-  for (const std::uint32_t n : b.between) {
-    if (distance(n, start, a) > near_) return false;
-  }
-  if (!a.between.empty() || !b.between.empty()) return true;
-  // Two single stretches: how far they bow apart is not known here; within a least cell it does not
-  // matter.
-  return (at(start) - at(a.end)).norm() <= 4 * options_.least;
+  const std::vector<Vec2> one = points_of(start, a), two = points_of(start, b);
+  const auto is_along = [&](const std::vector<Vec2>& points, const std::vector<Vec2>& chain) {
+    return std::all_of(points.begin(), points.end(), [&](const Vec2& r) {
+      for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+        const Vec2 d = chain[k + 1] - chain[k], e = r - chain[k];
+        const double s = std::clamp(d.dot(e) / std::fmax(d.squaredNorm(), 1e-300), 0.0, 1.0);
+        if ((e - s * d).norm() <= near_) return true;
+      }
+      return false;
+    });
+  };
+  return is_along(one, two) && is_along(two, one);
 }
 
 void Tidier::drop(std::uint32_t start, const Path& path) {
@@ -285,14 +302,6 @@ bool Tidier::remove_sliver_at(std::uint32_t corner) {
   return false;
 }
 
-PlanNode plan_node_of(const GraphNode& n) {
-  PlanNode node;
-  node.x = n.x;
-  node.y = n.y;
-  node.heights = n.heights;
-  return node;
-}
-
 // A corner that no more than one arc runs through is a point of that arc, unless two curves do meet
 // there.
 bool Tidier::straighten(std::uint32_t corner) {
@@ -332,7 +341,8 @@ bool Tidier::straighten(std::uint32_t corner) {
 
 // Takes what lies on the way from a corner to a point of one of its paths into the corner.
 bool Tidier::move_along(std::uint32_t corner, const Vec2& to) {
-  if ((to - at(corner)).norm() <= near_) return true;
+  const double far = (to - at(corner)).norm();
+  if (far <= near_) return true;
   const std::vector<std::uint32_t> links = graph_.nodes[corner].links;
   for (const std::uint32_t l : links) {
     const Path path = path_from(corner, l);
@@ -348,6 +358,7 @@ bool Tidier::move_along(std::uint32_t corner, const Vec2& to) {
         }
         return true;
       }
+      if ((q - at(corner)).norm() > 2 * far) break;  // the long way round
       p = q;
     }
   }
