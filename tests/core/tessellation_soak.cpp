@@ -1,6 +1,10 @@
 // Random part programs by the thousand, each tessellated open or solid, coarse or fine, and proved.
 // A process of its own for each, so that one that breaks or hangs is told and the rest go on.
 // usage: tessellation_soak FIRST COUNT [FOLDER]     FOLDER takes the programs that failed
+//        tessellation_soak --small FIRST COUNT      small and coarse ones, for every run of the
+//        tests;
+//                                                   every kind of solid and base has to be among
+//                                                   them
 //        tessellation_soak --part FILE [TOLERANCE]  one program, all schemes
 //        tessellation_soak --cases FOLDER           writes the named degenerate dies there
 // SPDX-License-Identifier: Apache-2.0
@@ -11,10 +15,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <map>
+#include <set>
 #include <sstream>
 
+#include "core/solids/kinds.h"
 #include "tests/support/load_part.h"
 #include "tests/support/mesh_proof.h"
 #include "tests/support/named_cases.h"
@@ -26,6 +33,7 @@ constexpr rlim_t kSeconds = 60;  // of the processor, a trial
 
 struct Trial {
   std::string text;
+  std::string regridded;  // the same with another X-INT and Y-INT; empty where that is not asked
   ProofOptions options;
 };
 
@@ -51,8 +59,47 @@ Trial trial_of(std::uint64_t seed) {
   return trial;
 }
 
+// One to five solids, a coarse tolerance and few samples: some hundredths of a second.
+Trial small_trial_of(std::uint64_t seed) {
+  Trial trial;
+  Random random(seed ^ 0x5A11);
+  constexpr double kSizes[] = {100, 100, 100, 1e-3, 1e4};
+  RandomProgramOptions program;
+  program.size = kSizes[random.below(5)];
+  program.solids = 1 + random.below(5);
+  program.body = program.size * random.uniform(0.1, 0.25);
+  trial.text = random_part_program(seed, program);
+  constexpr double kTolerances[] = {1e-3, 3e-3, 1e-2};
+  trial.options.tessellation.tolerance = kTolerances[random.below(3)] * program.size;
+  trial.options.tessellation.solid = random.chance(0.5);
+  trial.options.tessellation.scheme =
+      random.chance(0.15) ? MeshScheme::kGrid : MeshScheme::kAdaptive;
+  trial.options.tessellation.threads = 1;
+  trial.options.seed = seed;
+  trial.options.samples = 200;
+  trial.options.may_be_empty = true;
+  if (seed % 4 == 0 && trial.options.tessellation.scheme == MeshScheme::kAdaptive) {
+    program.interval = program.size / 7.3;
+    trial.regridded = random_part_program(seed, program);
+  }
+  return trial;
+}
+
+// All faults of one trial.
+std::string faults_of_trial(const Trial& trial, ProofFigures& figures) {
+  const CompoundSurface surface = surface_of(trial.text);
+  std::string faults = prove(surface, trial.options, &figures);
+  if (trial.regridded.empty()) return faults;
+  const Result<Tessellation> one = tessellate(surface, trial.options.tessellation);
+  const Result<Tessellation> other =
+      tessellate(surface_of(trial.regridded), trial.options.tessellation);
+  if (one.has_value() != other.has_value() || (one && !same_bytes(one->mesh, other->mesh)))
+    faults += "another mesh for another X-INT and Y-INT\n";
+  return faults;
+}
+
 // The faults of one trial, found in a child; or how the child ended.
-std::string run_apart(const Trial& trial) {
+std::string run_apart(const Trial& trial, ProofFigures& figures) {
   int ends[2];
   if (pipe(ends) != 0) return "no pipe\n";
   const pid_t child = fork();
@@ -63,10 +110,13 @@ std::string run_apart(const Trial& trial) {
     setrlimit(RLIMIT_CPU, &limit);
     std::string faults;
     try {
-      faults = prove(surface_of(trial.text), trial.options);
+      faults = faults_of_trial(trial, figures);
     } catch (const std::exception& e) {
       faults = std::string("exception: ") + e.what() + '\n';
     }
+    char measured[sizeof figures];
+    std::memcpy(measured, &figures, sizeof figures);
+    faults.insert(0, measured, sizeof figures);
     const char* at = faults.data();
     for (std::size_t left = std::min<std::size_t>(faults.size(), 4000); left > 0;) {
       const ssize_t done = write(ends[1], at, left);
@@ -82,6 +132,10 @@ std::string run_apart(const Trial& trial) {
   for (ssize_t got = 0; (got = read(ends[0], buffer, sizeof buffer)) > 0;)
     faults.append(buffer, static_cast<std::size_t>(got));
   close(ends[0]);
+  if (faults.size() >= sizeof figures) {
+    std::memcpy(&figures, faults.data(), sizeof figures);
+    faults.erase(0, sizeof figures);
+  }
   int status = 0;
   waitpid(child, &status, 0);
   if (WIFSIGNALED(status))
@@ -96,12 +150,40 @@ std::string kind_of(const std::string& line) {
   return line.substr(0, line.find(line.starts_with("refused") ? '\0' : ':'));
 }
 
-int soak(std::uint64_t first, std::uint64_t count, const std::string& folder) {
+// What part programs have been made of: types of solids, signs, groups, kinds of base.
+void note_kinds(const CompoundSurface& surface, std::set<std::string>& kinds) {
+  const PartProgram& program = surface.program();
+  for (const Solid& solid : program.solids) kinds.emplace(solid.type);
+  int depth = 0;
+  for (const BooleanStep& step : program.boole) {
+    if (step.kind == BooleanStep::Kind::kGroupOpen && depth++ == 0) kinds.insert("group");
+    if (step.kind == BooleanStep::Kind::kGroupOpen && depth > 1) kinds.insert("group in a group");
+    if (step.kind == BooleanStep::Kind::kGroupClose) --depth;
+    if (step.kind == BooleanStep::Kind::kTerm)
+      kinds.insert(step.sign == Sign::kMinus ? "minus" : "plus");
+  }
+  if (std::holds_alternative<PlaneBase>(program.base)) {
+    kinds.insert("plane");
+  } else if (std::holds_alternative<FergusonSurface>(surface.impl().base)) {
+    const auto& ferguson = std::get<FergusonSurface>(surface.impl().base);
+    kinds.insert(ferguson.affine() ? "Ferguson, affine" : "Ferguson, warped");
+  } else {
+    kinds.insert("no base");
+  }
+}
+
+int soak(std::uint64_t first, std::uint64_t count, const std::string& folder, bool small) {
   std::map<std::string, std::size_t> kinds;
-  std::size_t failed = 0;
+  std::set<std::string> made_of;
+  std::size_t failed = 0, uncertified = 0;
+  double residual = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const Trial trial = trial_of(seed);
-    const std::string faults = run_apart(trial);
+    const Trial trial = small ? small_trial_of(seed) : trial_of(seed);
+    if (small) note_kinds(surface_of(trial.text), made_of);
+    ProofFigures figures;
+    const std::string faults = run_apart(trial, figures);
+    residual = std::max(residual, figures.residual);
+    uncertified += figures.uncertified > 0 ? 1 : 0;
     if (faults.empty()) continue;
     ++failed;
     const TessellationOptions& t = trial.options.tessellation;
@@ -120,6 +202,21 @@ int soak(std::uint64_t first, std::uint64_t count, const std::string& folder) {
   }
   std::printf("%zu of %llu failed\n", failed, static_cast<unsigned long long>(count));
   for (const auto& [kind, times] : kinds) std::printf("%6zu  %s\n", times, kind.c_str());
+  std::printf("largest distance of a curve's vertex to its faces: %.2g of the size\n", residual);
+  std::printf("%zu tell an area that is not certified\n", uncertified);
+  if (!small) return failed == 0 ? 0 : 1;
+  // All that a part program can be made of has been among them.
+  for (const SolidKind* kind : solid_kinds()) {
+    if (made_of.contains(std::string(kind->keyword))) continue;
+    std::printf("no %s among them\n", std::string(kind->keyword).c_str());
+    ++failed;
+  }
+  for (const char* kind : {"plus", "minus", "group", "group in a group", "plane", "no base",
+                           "Ferguson, affine", "Ferguson, warped"}) {
+    if (made_of.contains(kind)) continue;
+    std::printf("no %s among them\n", kind);
+    ++failed;
+  }
   return failed == 0 ? 0 : 1;
 }
 
@@ -133,7 +230,8 @@ int one_part(const std::string& path, double tolerance) {
       trial.options.tessellation.scheme = scheme;
       trial.options.tessellation.solid = solid;
       trial.options.tessellation.tolerance = tolerance;
-      const std::string faults = run_apart(trial);
+      ProofFigures figures;
+      const std::string faults = run_apart(trial, figures);
       std::printf("%s%s: %s", scheme == MeshScheme::kGrid ? "grid" : "adaptive",
                   solid ? ", solid" : "", faults.empty() ? "well\n" : ("\n" + faults).c_str());
       failed += faults.empty() ? 0 : 1;
@@ -155,11 +253,14 @@ int main(int count, char** words) {
       std::ofstream(std::string(words[2]) + "/" + c.name + ".part") << c.text;
     return 0;
   }
-  if (count < 3) {
-    std::fprintf(stderr,
-                 "usage: tessellation_soak FIRST COUNT [FOLDER] | --part FILE [TOLERANCE]\n");
+  const bool small = first == "--small";
+  if (count < (small ? 4 : 3)) {
+    std::fprintf(
+        stderr,
+        "usage: tessellation_soak [--small] FIRST COUNT [FOLDER] | --part FILE [TOLERANCE]\n");
     return 1;
   }
-  return soak(std::strtoull(words[1], nullptr, 10), std::strtoull(words[2], nullptr, 10),
-              count > 3 ? words[3] : "");
+  const int at = small ? 2 : 1;
+  return soak(std::strtoull(words[at], nullptr, 10), std::strtoull(words[at + 1], nullptr, 10),
+              count > at + 2 ? words[at + 2] : "", small);
 }

@@ -287,8 +287,8 @@ inline double face_distance(const CompoundSurface& surface, Label label, const V
 }
 
 // The vertices of every curve on the faces that meet there, to 1e-9 of the size; curves run along
-// sides of triangles. A scanned base is met to `base_slack`.
-inline void check_curves(const CompoundSurface& surface, const Tessellation& made, Faults& faults,
+// sides of triangles. A scanned base is met to `base_slack`. Returns the largest distance.
+inline double check_curves(const CompoundSurface& surface, const Tessellation& made, Faults& faults,
                          double base_slack = 0) {
   const TriangleMesh& mesh = made.mesh;
   std::multimap<std::string, Label> labels;  // a solid may stand in several rows
@@ -354,6 +354,7 @@ inline void check_curves(const CompoundSurface& surface, const Tessellation& mad
   if (off.count > 0) faults.add("largest distance of a curve's vertex to its faces", worst, limit);
   faults.add("vertices of curves off their faces", off.count, off.first);
   faults.add("curves that run off the sides of triangles", loose.count, loose.first);
+  return worst;
 }
 
 }  // namespace diesink::test

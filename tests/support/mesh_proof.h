@@ -16,6 +16,12 @@ struct ProofOptions {
   bool may_be_empty = false;  // a part whose domain meets no surface is no fault
 };
 
+// What a proof has measured beside the faults it tells.
+struct ProofFigures {
+  double residual = 0;     // largest distance of a curve's vertex to its faces, of the size
+  double uncertified = 0;  // plan area told as such
+};
+
 // Whether the surface is surely there all over its domain.
 inline bool is_everywhere(const CompoundSurface& surface) {
   const PartProgram& program = surface.program();
@@ -47,8 +53,9 @@ inline bool same_bytes(const TriangleMesh& a, const TriangleMesh& b) {
 
 // The faults of a mesh that is there; `made` as tessellate() gave it for these options.
 inline std::string faults_of(const CompoundSurface& surface, const ProofOptions& options,
-                             const Tessellation& made) {
+                             const Tessellation& made, ProofFigures* figures = nullptr) {
   Faults faults;
+  if (figures != nullptr) figures->uncertified = made.report.uncertified_area;
   check_mesh(surface, options.tessellation, made, !is_everywhere(surface), faults);
   if (made.mesh.triangles.empty()) return faults.text();
   // The grid scheme promises its own nodes, the adaptive one the tolerance (or says how much of the
@@ -57,19 +64,22 @@ inline std::string faults_of(const CompoundSurface& surface, const ProofOptions&
     const double t = std::max(made.report.tolerance, made.report.certified_deviation);
     check_deviation(surface, made, t, options.samples, options.seed, faults);
   }
+  double residual = 0;
   if (options.tessellation.scheme == MeshScheme::kAdaptive || options.tessellation.creases)
-    check_curves(surface, made, faults);
+    residual = check_curves(surface, made, faults);
+  if (figures != nullptr) figures->residual = residual / surface.size();
   return faults.text();
 }
 
 // Tessellates and tells the faults, one a line; empty where there is none.
-inline std::string prove(const CompoundSurface& surface, const ProofOptions& options) {
+inline std::string prove(const CompoundSurface& surface, const ProofOptions& options,
+                         ProofFigures* figures = nullptr) {
   const Result<Tessellation> made = tessellate(surface, options.tessellation);
   if (!made) {
     const bool empty = to_text(made.error()).find("no vertical line") != std::string::npos;
     return empty && options.may_be_empty ? "" : "refused: " + to_text(made.error()) + '\n';
   }
-  return faults_of(surface, options, *made);
+  return faults_of(surface, options, *made, figures);
 }
 
 }  // namespace diesink::test
