@@ -13,6 +13,7 @@ namespace diesink {
 namespace {
 
 [[noreturn]] void refuse(const std::string& names, const std::string& message) {
+  if (names.empty()) throw CLI::ValidationError(message);
   // The option as people type it: the long name where there is one.
   const std::size_t comma = names.rfind(',');
   throw CLI::ValidationError(comma == std::string::npos ? names : names.substr(comma + 1), message);
@@ -119,7 +120,7 @@ CLI::Option* add_flag_with_number(CLI::App& app, const std::string& name, bool& 
   // A flag takes its value only after '=', so the word that follows `--solid` stays a file name.
   return app.add_flag(name, summary)->each([name, range, &given, &value](const std::string& text) {
     given = true;
-    if (text != "true") value = checked(name, text, range);
+    if (text != "true") value = checked("", text, range);  // CLI11 puts a flag's name before it
   });
 }
 

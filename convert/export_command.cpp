@@ -77,9 +77,10 @@ ExitStatus run(Options& options, const CommonOptions& common) {
     printed = print(exporter.summary());
   }
   if (printed != ExitStatus::kDone) return printed;
-  if (is_kept(figures.surface)) return ExitStatus::kDone;
-  say_not_kept(options.part, figures.surface);
-  return ExitStatus::kNotKept;
+  const bool kept = is_kept(figures.surface), closed = !options.solid || figures.surface.watertight;
+  if (!kept) say_not_kept(options.part, figures.surface);
+  if (!closed) report_warning(options.part, "the solid that --solid asks for is not closed");
+  return kept && closed ? ExitStatus::kDone : ExitStatus::kNotKept;
 }
 
 Run setup(CLI::App& app) {

@@ -7,11 +7,13 @@
 #include <string_view>
 
 #include "convert/paths.h"
+#include "formats/format.h"
 #include "formats/input_file.h"
 
 namespace diesink {
 namespace {
 
+constexpr std::size_t kBinaryLook = 4096;  // bytes in which a binary file has a zero
 constexpr std::size_t kMaxProgramBytes = std::size_t{16} << 20;
 
 bool same_word(std::string_view a, std::string_view b) {
@@ -49,7 +51,9 @@ bool is_part_program(std::span<const std::byte> bytes, const std::string& path) 
                   [&](std::string_view each) { return same_word(keyword, each); })) {
     return true;
   }
-  return has_ending(path, ".part");
+  // A binary mesh by that name is a mesh all the same.
+  const bool binary = text.substr(0, kBinaryLook).find('\0') != text.npos;
+  return has_ending(path, ".part") && !(binary && format_of_content(bytes, "") != nullptr);
 }
 
 Loaded<PartProgram> load_part_program(const std::string& path, Diagnostics& diagnostics) {

@@ -20,7 +20,7 @@ struct Loaded {
 };
 
 // True where the content can only be meant as a part program: its first statement begins a section
-// or is UNITS; an ending `.part` decides where the content does not.
+// or is UNITS; an ending `.part` decides where the content does not, and is no binary mesh.
 bool is_part_program(std::span<const std::byte> bytes, const std::string& path);
 
 // Reads and checks a part program ("-" is stdin). Its warnings are told, and kept in `diagnostics`.

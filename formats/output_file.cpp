@@ -58,6 +58,11 @@ std::string folder_of(const std::string& path) {
   return slash == 0 ? "/" : path.substr(0, slash);
 }
 
+std::string_view name_of(std::string_view path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == path.npos ? path : path.substr(slash + 1);
+}
+
 // A folder that cannot be synced (some network and FUSE file systems) is no failed output.
 Status sync_folder(const std::string& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -190,6 +195,17 @@ class OutputFiles::Sink final : public ByteSink {
   }
 
   [[nodiscard]] bool has_temporary() const { return !temporary_.empty(); }
+  // Of files that are put in place: whether both would be the same one, however it is written.
+  [[nodiscard]] bool same_place(const Sink& other) const {
+    if (temporary_.empty() || other.temporary_.empty()) return false;
+    if (name_of(target_) != name_of(other.target_)) return false;
+    struct stat a {
+    }, b{};
+    return ::stat(folder_of(target_).c_str(), &a) == 0 &&
+           ::stat(folder_of(other.target_).c_str(), &b) == 0 && a.st_dev == b.st_dev &&
+           a.st_ino == b.st_ino;
+  }
+  [[nodiscard]] const std::string& shown() const { return shown_; }
   [[nodiscard]] std::string folder() const { return folder_of(target_); }
 
  private:
@@ -206,6 +222,13 @@ OutputFiles::~OutputFiles() = default;
 Result<ByteSink*> OutputFiles::open(const std::string& path) {
   auto sink = std::make_unique<Sink>();
   if (const Status opened = sink->open(path); !opened) return opened.error();
+  for (const std::unique_ptr<Sink>& earlier : sinks_) {
+    if (!sink->same_place(*earlier)) continue;
+    return Error{
+        ErrorCode::kUsage,
+        "two outputs would be this one file, which was named before as '" + earlier->shown() + "'",
+        {path}};
+  }
   sinks_.push_back(std::move(sink));
   return static_cast<ByteSink*>(sinks_.back().get());
 }

@@ -27,6 +27,7 @@ class OutputFiles {
   OutputFiles& operator=(const OutputFiles&) = delete;
 
   // A new file at `path`, "-" for stdout. The sink lives as long as this.
+  // Errors: as above; kUsage where an earlier one is the same file, by whatever name.
   Result<ByteSink*> open(const std::string& path);
 
   // All sinks complete: fsync of each, rename of each, fsync of each folder. Where a later rename

@@ -237,6 +237,25 @@ class Outputs(CommandLineTest):
         self.run_program("cc", FIG6, "-o", "x.csv", "--edges", "e.csv", status=NOT_WRITTEN)
         self.assertEqual(self.files(), ["e.csv"])
 
+    def test_two_outputs_in_one_place_are_refused(self):
+        (self.folder / "in").mkdir()
+        (self.folder / "way").symlink_to("in")
+        for words in [["cc", FIG6, "-o", "x.csv", "--edges", "./x.csv"], ["export", FIG6, "-o", "a.stl", "./a.stl"],
+                      ["export", FIG6, "-o", "in/a.stl", "--report", "way/a.stl"]]:
+            done = self.run_program(*words, status=WRONG_USAGE)
+            self.assertIn(b"named before", done.stderr)
+        self.assertEqual(self.files(), ["in", "way"])
+        self.assertEqual(list((self.folder / "in").iterdir()), [])
+        # Two devices are no two files in one place.
+        self.run_program("export", FIG6, "-o", "a.stl", "--report", "/dev/null", "--quiet")
+
+    def test_content_decides_over_the_ending(self):
+        self.run_program("export", FIG6, "-o", "a.stl", "--quiet")
+        (self.folder / "a.stl").rename(self.folder / "a.part")
+        self.assertEqual(json.loads(self.run_program("info", "a.part", "--json").stdout)["format"], "stl")
+        self.assertIn("--solid: 'abc' is not", self.run_program("export", FIG6, "-o", "b.stl", "--solid=abc",
+                                                                status=WRONG_USAGE).stderr.decode())
+
     def test_full_stdout(self):
         with open("/dev/full", "wb") as full:
             for words in [["formats"], ["--help"], ["info", FIG6], ["cc", FIG6, "-o", "-"]]:
