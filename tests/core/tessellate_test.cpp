@@ -209,8 +209,9 @@ TEST(Tessellate, FlatFacesTakeAFewTrianglesAChord) {
   // A chord of the rim sags by l² / 8 R.
   const double chords = 2 * std::numbers::pi * 9 / std::sqrt(8 * 9 * 0.01);
   for (const ElementReport& e : made->report.elements) {
-    if (e.name == "B" || e.name.ends_with(".bottom"))
+    if (e.name == "B" || e.name.ends_with(".bottom")) {
       EXPECT_LE(static_cast<double>(e.triangles), 3.5 * chords) << e.name;
+    }
   }
   options.tolerance = 0.001;  // straight borders do not care
   const Result<Tessellation> box_only =
