@@ -25,6 +25,9 @@ namespace {
 // proven too (region_mesh.cpp), but chords of a circle with it are longer than the edges of a
 // sphere beside them may be, and would be split.
 constexpr double kArcShare = 0.75;
+// Of seams, which no round of refinement splits, and of the arcs of tiles, which end at them: less,
+// so that the triangles beside them have room.
+constexpr double kSeamShare = 0.35;
 // And between planes.
 constexpr double kFlatArcShare = 0.96;
 
@@ -114,8 +117,8 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   const double budget =
       tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance();  // rounding of the vertices themselves
   SamplingOptions sampling;
-  sampling.sag = kArcShare * budget;
-  sampling.flat_sag = kFlatArcShare * budget;
+  sampling.sag = (tiled ? kSeamShare : kArcShare) * budget;
+  sampling.flat_sag = (tiled ? kSeamShare : kFlatArcShare) * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
   RegionOptions region_options;
@@ -130,7 +133,7 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   SeamOptions seam_options;
   seam_options.domain = domain;
   seam_options.tolerance = budget;
-  seam_options.sag = sampling.sag;
+  seam_options.sag = kSeamShare * budget;
   seam_options.shortest = sampling.shortest;
   seam_options.flat = flat_height(surface.impl(), tolerance);
   seam_options.least = std::ldexp(std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0), -22);
