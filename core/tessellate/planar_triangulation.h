@@ -41,8 +41,8 @@ struct RefineRules {
   std::function<bool(std::uint32_t, std::uint32_t, std::uint32_t)> folded;
   // Chart length of the edges that a vertex would have about it for accuracy, infinite where any
   // will do; may be empty. With it, new vertices for accuracy are placed so that regular triangles
-  // of that size grow inwards from what is fine enough already, which takes about a third fewer
-  // than centres of circles.
+  // of that size grow inwards from what is fine enough already, which takes fewer than centres of
+  // circles (a tenth fewer on spheres).
   std::function<double(std::uint32_t)> spacing;
   // Called for each new interior vertex in order of creation with its chart position, before it
   // gets the next index; false refuses it, and the triangle it should mend is left as it is.
