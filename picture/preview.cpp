@@ -2,6 +2,7 @@
 #include "picture/preview.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/parallel.h"
 #include "core/tessellate/tessellate.h"
@@ -37,16 +38,31 @@ Box box_of(const TriangleMesh& mesh) {
   return box;
 }
 
+// Lowest and highest z of what the scale of heights colours: not the block under a part.
+std::array<double, 2> heights_of(const TriangleMesh& mesh, const Palette& palette) {
+  const std::vector<std::uint32_t> entries = entries_of(mesh, palette);
+  std::array<double, 2> heights{HUGE_VAL, -HUGE_VAL};
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::size_t element = mesh.triangle_element.empty() ? 0 : mesh.triangle_element[t];
+    if (palette[entries[element]].block) continue;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      heights[0] = std::min(heights[0], mesh.positions[v].z());
+      heights[1] = std::max(heights[1], mesh.positions[v].z());
+    }
+  }
+  return heights;
+}
+
 std::string unit_text(LengthUnit unit) {
   return unit == LengthUnit::kUnknown ? "" : std::string(name_of(unit));
 }
 
-void set_scale(Paint& paint, const Box& box, double tolerance) {
+void set_scale(Paint& paint, const std::array<double, 2>& heights, double tolerance) {
   paint.low = 0;
   switch (paint.coloring) {
     case Coloring::kHeight:
-      paint.low = box[0].z();
-      paint.high = box[1].z();
+      paint.low = heights[0];
+      paint.high = heights[1];
       return;
     case Coloring::kDeviation:
       paint.low = -tolerance;
@@ -88,7 +104,7 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
   const Palette palette = palette_of(surface);
   Paint paint{options.coloring, &palette, &surface};
   const double tolerance = surface.program().machining.tolerance;
-  set_scale(paint, {Vec3::Zero(), Vec3::Zero()}, tolerance);
+  set_scale(paint, {0, 0}, tolerance);
   Layout layout = make_layout(width_of(options), height_of(options), paint,
                               unit_text(surface.program().unit), options.bare);
   const bool deviation = options.coloring == Coloring::kDeviation;
@@ -116,7 +132,7 @@ Result<Picture> preview(const CompoundSurface& surface, const PreviewOptions& op
                  {surface.program().file, 0, 0, -1}};
   }
   const Box box = box_of(mesh);
-  set_scale(paint, box, tolerance);
+  set_scale(paint, heights_of(mesh, palette), tolerance);
   layout =
       make_layout(width_of(options), height_of(options), paint, unit_text(mesh.unit), options.bare);
   const Camera camera = make_camera(options.view, box, layout.surface);
@@ -149,7 +165,7 @@ Result<Picture> preview(const TriangleMesh& given, const PreviewOptions& options
   const Palette palette = palette_of(mesh);
   Paint paint{options.coloring, &palette, nullptr};
   const Box box = box_of(mesh);
-  set_scale(paint, box, 0);
+  set_scale(paint, heights_of(mesh, palette), 0);
   const Layout layout =
       make_layout(width_of(options), height_of(options), paint, unit_text(mesh.unit), options.bare);
   const Camera camera = make_camera(options.view, box, layout.surface);

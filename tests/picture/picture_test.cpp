@@ -176,6 +176,28 @@ TEST(Preview, sameBytesForAnyNumberOfThreads) {
   }
 }
 
+// A plate is the lowest there is of the surface, so it has the colour of the scale's foot, purple;
+// were the block under it on the scale, it would be green.
+TEST(Preview, theScaleOfHeightsIsTheSurfacesOwn) {
+  const CompoundSurface surface = test::surface_of(
+      "SOLID-DEF\nS1,SPHER\nP1,0,0,0\nRAD,2\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S1\n"
+      "MACHI-DEF\nX-RNG,-10,10\nY-RNG,-10,10\n");
+  PreviewOptions options;
+  options.size = {320, 240};
+  options.coloring = Coloring::kHeight;
+  options.bare = true;
+  const Result<Picture> picture = preview(surface, options);
+  ASSERT_TRUE(picture);
+  std::size_t purple = 0, green = 0;
+  for (std::size_t k = 0; k < picture->rgb.size(); k += 3) {
+    const int r = picture->rgb[k], g = picture->rgb[k + 1], b = picture->rgb[k + 2];
+    purple += r > g + 20 && b > g + 20 ? 1 : 0;
+    green += g > r + 20 ? 1 : 0;
+  }
+  EXPECT_GT(purple, 10 * green);
+  EXPECT_GT(purple, 10'000U);
+}
+
 TEST(Preview, wantsTrianglesAndASurfaceForDeviations) {
   PreviewOptions options;
   EXPECT_EQ(preview(TriangleMesh{}, options).error().code, ErrorCode::kInput);
