@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -19,6 +20,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <vector>
 
 #include "core/solids/kinds.h"
 #include "tests/support/load_part.h"
@@ -36,48 +38,41 @@ struct Trial {
   ProofOptions options;
 };
 
-// Seeds walk through sizes, numbers of solids, tolerances and both kinds of mesh.
-Trial trial_of(std::uint64_t seed) {
-  Trial trial;
-  Random random(seed ^ 0x5EED);
-  constexpr double kSizes[] = {100, 100, 100, 1e-3, 1e4};
-  RandomProgramOptions program;
-  program.size = kSizes[random.below(5)];
-  program.solids = 1 + random.below(24);
-  program.body = program.size * random.uniform(0.04, 0.16);
-  trial.text = random_part_program(seed, program);
-  constexpr double kTolerances[] = {1e-4, 3e-4, 1e-3, 1e-2};
-  trial.options.tessellation.tolerance = kTolerances[random.below(4)] * program.size;
-  trial.options.tessellation.solid = random.chance(0.5);
-  trial.options.tessellation.scheme =
-      random.chance(0.15) ? MeshScheme::kGrid : MeshScheme::kAdaptive;
-  trial.options.tessellation.threads = 1;
-  trial.options.seed = seed;
-  trial.options.samples = 1000;
-  trial.options.may_be_empty = true;
-  return trial;
-}
+// What trials are drawn from.
+struct TrialKind {
+  std::uint64_t series;  // parts the seeds of one kind from another's
+  int most_solids;
+  std::array<double, 2> bodies;    // their least and largest extent, of the program's size
+  std::vector<double> tolerances;  // of the program's size
+  int samples;
+  bool regrid;  // every fourth seed again with another X-INT and Y-INT
+};
 
-// One to five solids, a coarse tolerance and few samples: some hundredths of a second.
-Trial small_trial_of(std::uint64_t seed) {
+const TrialKind kHeavy{0x5EED, 24, {0.04, 0.16}, {1e-4, 3e-4, 1e-3, 1e-2}, 1000, false};
+// Some hundredths of a second each.
+const TrialKind kSmall{0x5A11, 5, {0.1, 0.25}, {1e-3, 3e-3, 1e-2}, 200, true};
+
+// Seeds walk through sizes, numbers of solids, tolerances and both kinds of mesh.
+Trial trial_of(const TrialKind& kind, std::uint64_t seed) {
   Trial trial;
-  Random random(seed ^ 0x5A11);
+  Random random(seed ^ kind.series);
   constexpr double kSizes[] = {100, 100, 100, 1e-3, 1e4};
   RandomProgramOptions program;
   program.size = kSizes[random.below(5)];
-  program.solids = 1 + random.below(5);
-  program.body = program.size * random.uniform(0.1, 0.25);
+  program.solids = 1 + random.below(kind.most_solids);
+  program.body = program.size * random.uniform(kind.bodies[0], kind.bodies[1]);
   trial.text = random_part_program(seed, program);
-  constexpr double kTolerances[] = {1e-3, 3e-3, 1e-2};
-  trial.options.tessellation.tolerance = kTolerances[random.below(3)] * program.size;
-  trial.options.tessellation.solid = random.chance(0.5);
-  trial.options.tessellation.scheme =
-      random.chance(0.15) ? MeshScheme::kGrid : MeshScheme::kAdaptive;
-  trial.options.tessellation.threads = 1;
+  TessellationOptions& how = trial.options.tessellation;
+  how.tolerance = kind.tolerances[static_cast<std::size_t>(
+                      random.below(static_cast<int>(kind.tolerances.size())))] *
+                  program.size;
+  how.solid = random.chance(0.5);
+  how.scheme = random.chance(0.15) ? MeshScheme::kGrid : MeshScheme::kAdaptive;
+  how.threads = 1;
   trial.options.seed = seed;
-  trial.options.samples = 200;
+  trial.options.samples = kind.samples;
   trial.options.may_be_empty = true;
-  if (seed % 4 == 0 && trial.options.tessellation.scheme == MeshScheme::kAdaptive) {
+  if (kind.regrid && seed % 4 == 0 && how.scheme == MeshScheme::kAdaptive) {
     program.interval = program.size / 7.3;
     trial.regridded = random_part_program(seed, program);
   }
@@ -178,7 +173,7 @@ int soak(std::uint64_t first, std::uint64_t count, const std::string& folder, bo
   std::size_t failed = 0, uncertified = 0;
   double residual = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const Trial trial = small ? small_trial_of(seed) : trial_of(seed);
+    const Trial trial = trial_of(small ? kSmall : kHeavy, seed);
     if (small) note_kinds(surface_of(trial.text), made_of);
     ProofFigures figures;
     const std::string faults = run_apart(trial, figures);
