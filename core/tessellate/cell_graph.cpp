@@ -321,13 +321,17 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
         z = vertex->z();
         known = true;
       }
-      // On a silhouette the root is half-precise; its double root is not.
-      double zs = 0;
-      if (solver_.silhouette_height(label, at.x(), at.y(), zs) &&
-          (!known || std::fabs(zs - z) <= 1e-6 * surface_.size)) {
-        z = zs;
-        known = true;
-      }
+    }
+    // On a silhouette the root is half-precise; its double root is not. (Nor is a height that the
+    // corner's curves were solved for, unless both are ends of bodies, which ask for no height.)
+    const bool solved_for = known && one != nullptr &&
+                            (one->type == CurveType::kMeet || two->type == CurveType::kMeet) &&
+                            (lies_on(*one, ref) || lies_on(*two, ref));
+    double zs = 0;
+    if (!solved_for && solver_.silhouette_height(label, at.x(), at.y(), zs) &&
+        (!known || std::fabs(zs - z) <= 1e-6 * surface_.size)) {
+      z = zs;
+      known = true;
     }
     if (!known) {
       // The face does not reach the point by rounding: take the nearest change that knows it.

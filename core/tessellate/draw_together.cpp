@@ -13,6 +13,11 @@ using Impl = CompoundSurface::Impl;
 // sliver opens may lie from where the cells saw it open.
 constexpr double kReach = 16, kLongReach = 4096;
 
+// Of the size: how far apart the two roots may come out where two curves touch, some times the
+// square root of a double's 2^-52. The curves part there by its square, less than their points have
+// digits.
+constexpr double kDoubleRoot = 1e-7;
+
 PlanNode plan_node_of(const GraphNode& n) {
   PlanNode node;
   node.x = n.x;
@@ -45,6 +50,7 @@ class Tidier {
     for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
       if (is_corner(n) && !graph_.nodes[n].solved) settle(n);
     }
+    join_double_roots();
     join_close();
   }
 
@@ -73,6 +79,8 @@ class Tidier {
   bool contract(std::uint32_t l);
   void join_close();
   void join_doubled_corners();
+  void join_double_roots();
+  [[nodiscard]] bool has_curves_of(std::uint32_t corner, std::uint32_t other) const;
   [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l) const;
   [[nodiscard]] bool stays_beside(std::uint32_t n, const Path& path) const;
   [[nodiscard]] std::vector<Vec2> points_of(std::uint32_t start, const Path& path) const;
@@ -147,6 +155,38 @@ void Tidier::join_doubled_corners() {
       const Path path = path_from(n, graph_.nodes[n].links[k]);
       if (path.end == n || !graph_.nodes[path.end].corner ||
           (at(path.end) - at(n)).norm() > near_ || !stays_beside(n, path)) {
+        continue;
+      }
+      bool any = false;
+      for (const std::uint32_t l : path.links) {
+        if (!graph_.links[l].gone && contract(l)) any = true;
+      }
+      if (any) k = static_cast<std::size_t>(-1);  // its links are others now: from the first again
+    }
+  }
+}
+
+// Whether every curve that runs into the other corner runs into this one, too.
+bool Tidier::has_curves_of(std::uint32_t corner, std::uint32_t other) const {
+  const std::vector<std::uint32_t>& mine = graph_.nodes[corner].links;
+  return std::ranges::all_of(graph_.nodes[other].links, [&](std::uint32_t l) {
+    return graph_.links[l].curve.type != CurveType::kUnsolved &&
+           std::ranges::any_of(mine, [&](std::uint32_t k) {
+             return graph_.links[k].curve.same_as(graph_.links[l].curve);
+           });
+  });
+}
+
+// Where two curves touch, rounding gives them two crossings side by side. Each lies on both curves
+// and on all the others that run into either, so that one of them is the corner.
+void Tidier::join_double_roots() {
+  const double reach = kDoubleRoot * surface_.size;
+  for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
+    for (std::size_t k = 0; is_corner(n) && k < graph_.nodes[n].links.size(); ++k) {
+      const Path path = path_from(n, graph_.nodes[n].links[k]);
+      if (path.end == n || !is_corner(path.end) || !graph_.nodes[n].solved ||
+          (at(path.end) - at(n)).norm() > reach || !stays_beside(n, path) ||
+          !has_curves_of(n, path.end)) {
         continue;
       }
       bool any = false;

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
 #include "tests/support/load_part.h"
 #include "tests/support/mesh_proof.h"
 #include "tests/support/named_cases.h"
@@ -23,6 +27,35 @@ std::string prove_case(const NamedCase& given, MeshScheme scheme, bool solid) {
 TEST_P(NamedCases, Sheet) { EXPECT_EQ(prove_case(GetParam(), MeshScheme::kAdaptive, false), ""); }
 TEST_P(NamedCases, Solid) { EXPECT_EQ(prove_case(GetParam(), MeshScheme::kAdaptive, true), ""); }
 TEST_P(NamedCases, GridSolid) { EXPECT_EQ(prove_case(GetParam(), MeshScheme::kGrid, true), ""); }
+
+// Least height of a triangle, of the size of the part.
+double least_height(const NamedCase& given) {
+  TessellationOptions options;
+  options.tolerance = given.tolerance;
+  const CompoundSurface surface = surface_of(given.text);
+  const Result<Tessellation> made = tessellate(surface, options);
+  if (!made) return 0;
+  double least = 1e300;
+  for (const auto& t : made->mesh.triangles) {
+    const Vec3 &a = made->mesh.positions[t[0]], &b = made->mesh.positions[t[1]],
+               &c = made->mesh.positions[t[2]];
+    const double longest =
+        std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+    least = std::min(least, (b - a).cross(c - a).norm() / longest);
+  }
+  return least / surface.size();
+}
+
+// Rounding gives two curves that touch two crossings side by side, and a silhouette two heights:
+// neither may become a triangle.
+TEST(DegenerateDies, NoSliverWhereCurvesTouch) {
+  for (const NamedCase& given : named_cases()) {
+    for (const char* name :
+         {"NoBaseTwoTouchingDiscs", "PlanShadowsTouchInAPoint", "CylindersSideBySide"}) {
+      if (given.name == name) EXPECT_GT(least_height(given), 1e-6) << name;
+    }
+  }
+}
 
 INSTANTIATE_TEST_SUITE_P(Named, NamedCases, testing::ValuesIn(named_cases()),
                          [](const testing::TestParamInfo<NamedCase>& of) { return of.param.name; });
