@@ -437,12 +437,18 @@ bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const Plan
   return true;
 }
 
+double least_cell(double longer_side, double tolerance) {
+  // Half of it: what two of them make up may be joined as one, too.
+  return std::clamp(0.5 * kUnseen * tolerance, std::ldexp(longer_side, -28),
+                    std::ldexp(longer_side, -22));
+}
+
 Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& domain,
                             const ArrangementOptions& asked) {
   const Impl& surface = compound.impl();
   ArrangementOptions options = asked;
   const double longer = std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
-  if (!(options.least > 0)) options.least = std::ldexp(longer, -22);
+  if (!(options.least > 0)) options.least = least_cell(longer, options.tolerance);
   const double inset = border_inset(surface);
   const auto off = [&](std::size_t side) { return options.seams[side] == nullptr ? inset : 0; };
   const PlanBox inner{domain.x0 + off(3), domain.x1 - off(1), domain.y0 + off(0),

@@ -62,7 +62,7 @@ struct ArrangementOptions {
       0;  // of the tessellation; decides what is too small to matter, never what is found above it
   double flat = 0;  // length under which surfaces, or lines side by side, count as one; 0 = 1e-3 of
                     // the tolerance
-  double least = 0;  // least cell; 0 = 2^-22 of the domain's longer side
+  double least = 0;  // least cell; 0 = least_cell()
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
   int threads = 0;             // 0 = all cores
@@ -73,6 +73,12 @@ struct ArrangementOptions {
 // What of the border of a domain is left out: cells end so far inside it, that what only touches
 // the border from outside is not seen. (Not on cuts between tiles.)
 double border_inset(const CompoundSurface::Impl& surface);
+
+// Of the tolerance: a cell no wider needs no word about what is joined in it.
+constexpr double kUnseen = 0.05;
+
+// Of the least cell: 2^-22 of the domain's longer side, or what the tolerance does not see, if that is smaller; but not below 2^-28 of the side.
+double least_cell(double longer_side, double tolerance);
 
 // Height under which surfaces, or lines side by side, count as one.
 double flat_height(const CompoundSurface::Impl& surface, double tolerance);

@@ -513,7 +513,7 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
     // A least cell is harmless where nothing in it is farther from its corner than the tolerance
     // sees.
-    if (width > 0.05 * options_.tolerance) {
+    if (width > kUnseen * options_.tolerance) {
       graph_.uncertified_area += info.depth <= 0.25 * options_.tolerance
                                      ? 0
                                      : (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);

@@ -136,7 +136,8 @@ Result<Tessellation> tessellate(const CompoundSurface& surface, const Tessellati
   seam_options.sag = kSeamShare * budget;
   seam_options.shortest = sampling.shortest;
   seam_options.flat = flat_height(surface.impl(), tolerance);
-  seam_options.least = std::ldexp(std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0), -22);
+  seam_options.least =
+      least_cell(std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0), tolerance);
   const std::array<std::optional<Seam>, 4> seams =
       seams_of(surface, box, options, seam_options, region_options.grid_x, region_options.grid_y);
 

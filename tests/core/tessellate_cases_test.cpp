@@ -57,6 +57,20 @@ TEST(DegenerateDies, NoSliverWhereCurvesTouch) {
   }
 }
 
+// A millionth of the domain: a cell of 2^-22 of it is wider than what this tolerance does not see.
+TEST(DegenerateDies, TenMetresAtAHundredth) {
+  const CompoundSurface surface = surface_of(
+      "SOLID-DEF\nS,SPHER,1\nP1,4000,5000,0\nRAD,200\nA,R-CYLI,1\nP1,4100,5000,-100\n"
+      "P2,4100,5000,300\nRAD,100\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S+A\n"
+      "MACHI-DEF\nX-RNG,0,10000\nY-RNG,0,10000\n");
+  TessellationOptions options;
+  options.tolerance = 0.01;
+  const Result<Tessellation> made = tessellate(surface, options);
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->report.uncertified_area, 0);
+  EXPECT_LE(made->report.certified_deviation, 0.01);
+}
+
 INSTANTIATE_TEST_SUITE_P(Named, NamedCases, testing::ValuesIn(named_cases()),
                          [](const testing::TestParamInfo<NamedCase>& of) { return of.param.name; });
 
