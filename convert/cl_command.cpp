@@ -69,6 +69,10 @@ std::string summary(const Options& options, const std::string& name, const PathR
                   r.loops_removed, r.crossings_inserted, r.overcut_bound);
   }
   text += line;
+  if (r.closing_runs > 0) {
+    std::snprintf(line, sizeof line, "  %zu runs over what the passes left\n", r.closing_runs);
+    text += line;
+  }
   if (r.unreachable_area > 0) {
     std::snprintf(line, sizeof line,
                   "  out of the cutter's reach: an area of %.4g, with up to %.4g left on it\n",

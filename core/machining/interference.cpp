@@ -57,15 +57,13 @@ Crossing crossing_of(const std::vector<Vec3>& tips, std::size_t a, std::size_t b
   return {};
 }
 
-// Moves on to b with points at the lowest safe height wherever the straight move would dip under
-// it; what is left of that is added to `worst`.
-void safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double tolerance, int depth,
-               double& worst, std::vector<Vec3>& out) {
+void halved_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double tolerance, int depth,
+                 double& worst, std::vector<Vec3>& out) {
   Vec3 at;
   const double deepest = profile.deepest(a, b, 0, at);
   if (deepest > tolerance && depth > 0 && at != a && at != b) {
-    safe_move(a, at, profile, tolerance, depth - 1, worst, out);
-    safe_move(at, b, profile, tolerance, depth - 1, worst, out);
+    halved_move(a, at, profile, tolerance, depth - 1, worst, out);
+    halved_move(at, b, profile, tolerance, depth - 1, worst, out);
     return;
   }
   worst = std::fmax(worst, deepest);
@@ -73,6 +71,13 @@ void safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double tol
 }
 
 }  // namespace
+
+double safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double tolerance,
+                 std::vector<Vec3>& out) {
+  double worst = 0;
+  halved_move(a, b, profile, tolerance, kMostHalvings, worst, out);
+  return worst;
+}
 
 Vec3 tip_of(const CutterShape& cutter, const CcContact& contact) {
   Vec3 tip = contact.p + cutter.corner() * contact.n;
@@ -122,6 +127,10 @@ double without_interference(std::vector<Vec3>& tips, const PointDrop& drop, Segm
     p.z() = std::fmax(p.z(), drop.at(p.x(), p.y()));
     return p;
   };
+  const auto move_to = [&](const Vec3& to) {
+    const Vec3 from = kept.back();
+    worst = std::fmax(worst, safe_move(from, to, profile, tolerance, kept));
+  };
   for (std::size_t k = 0; k < tips.size(); ++k) {
     // Half the tolerance is for the points, the rest for what the moves between them dip under.
     if (drop.at(tips[k].x(), tips[k].y()) - tips[k].z() > tolerance / 2) continue;
@@ -132,11 +141,11 @@ double without_interference(std::vector<Vec3>& tips, const PointDrop& drop, Segm
         ++counts.loops;
         if (const Crossing c = crossing_of(tips, last, k); c.found) {
           ++counts.crossings;
-          safe_move(kept.back(), lift(c.at), profile, tolerance, kMostHalvings, worst, kept);
+          move_to(lift(c.at));
         }
       }
       const std::size_t before = kept.size();
-      safe_move(kept.back(), tips[k], profile, tolerance, kMostHalvings, worst, kept);
+      move_to(tips[k]);
       if (k == last + 1 && kept.size() > before + 1) ++counts.crossings;
     }
     last = k;

@@ -23,6 +23,12 @@ struct InterferenceCounts {
   std::size_t crossings = 0;  // Fig. 12(c): points put in where the offsets meet
 };
 
+// Appends the move from a to b, with points at the lowest safe height between where the straight
+// move would dip more than `tolerance` under it; a itself is there already. Bound: returns the most
+// that these moves lie under the lowest safe height, at most `tolerance` where a and b do not.
+double safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double tolerance,
+                 std::vector<Vec3>& out);
+
 // Cuts the stretches of gouging tips out, puts the crossing of the two sides in, and adds points
 // until no straight move lies more than `tolerance` under the lowest safe height, which the profile
 // tells along the whole of each move.

@@ -200,7 +200,8 @@ double LatticeCheck::depth_of_free_cutter(std::size_t i, std::size_t j, double z
       const double reach = cutter_.radius() - depth;
       const Vec2 at(lattice_.x(i) + reach * std::cos(angle),
                     lattice_.y(j) + reach * std::sin(angle));
-      const double tip = z - cutter_.corner();
+      // The point is so deep in the cutter's body: under its side and over its end.
+      const double tip = z - std::max(cutter_.corner(), depth);
       const Vec3 stand(at.x(), at.y(), tip);
       found = in_domain(at) && pyramid_.clears(cutter_, stand, slack_) &&
               mesh_->stands_free(stand, touch_);

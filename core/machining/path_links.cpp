@@ -62,6 +62,7 @@ void PathStream::add(const Vec3& tip, Motion motion) {
   PathReport& r = *report_;
   if (r.points > 0) {
     if (tip == last_) return;
+    if (watch_ && motion == Motion::kFeed) watch_(last_, tip);
     (motion == Motion::kFeed ? r.feed_length : r.rapid_length) += (tip - last_).norm();
   }
   ++r.points;

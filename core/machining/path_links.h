@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,10 @@ class PathStream {
       : frame_(&frame), head_(&head), receiver_(&receiver), report_(&report) {}
 
   void add(const Vec3& tip, Motion motion);
+  // Calls `watch` with the ends of every cutting move, in the frame.
+  void watch(std::function<void(const Vec3& from, const Vec3& to)> watch) {
+    watch_ = std::move(watch);
+  }
   // The last point in the frame. Needs: empty() is false.
   [[nodiscard]] const Vec3& last() const { return last_; }
   [[nodiscard]] bool empty() const { return report_->points == 0; }
@@ -50,6 +55,7 @@ class PathStream {
   PathReceiver* receiver_;
   PathReport* report_;
   Vec3 last_ = Vec3::Zero();
+  std::function<void(const Vec3&, const Vec3&)> watch_;
   std::vector<ClPoint> waiting_;
   bool begun_ = false;
   Status status_ = ok();

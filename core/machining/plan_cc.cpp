@@ -7,10 +7,12 @@
 #include <optional>
 
 #include "core/base/ferguson.h"
+#include "core/machining/closing_runs.h"
 #include "core/machining/interference.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/path_links.h"
 #include "core/machining/tool_path_plan.h"
+#include "core/machining/wall_runs.h"
 #include "core/number.h"
 
 namespace diesink {
@@ -163,6 +165,19 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
   PathStream stream(offset, head, receiver, report);
   PathJoiner joiner(tops, grow, clearance, 2 * level + R, stream);
   SegmentProfile profile(offset, drop, tolerance / 16);
+  // What stays beside concave edges and on the far sides of contacts is seen where it is left.
+  std::optional<LeftOver> left;
+  std::optional<FrameDomain> frame;
+  if (!options.interval && !options.keep_interference) {
+    const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
+                                       machining.y_range[0], machining.y_range[1]};
+    const double limit = options.outtol + *options.cusp;
+    frame.emplace(offset, domain);
+    left.emplace(surface, offset, drop, *real, *frame,
+                 LeftOverLimits{kCallPart * limit, limit, limit / 8 + 2 * deviation},
+                 real->radius() / kLatticePart, options.threads);
+    stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
+  }
   InterferenceCounts counts;
   const double inside = std::fmax(options.intol, 1e-3 * options.outtol);
   double worst = 0;
@@ -230,6 +245,24 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
     least = least > 0 ? std::fmin(least, distance) : distance;
     widest = std::fmax(widest, distance);
     position = next;
+  }
+  if (left && !stream.failed()) {
+    // Upright walls have no contacts over a point of the plane.
+    WallRunOptions walls;
+    walls.below = tolerance / 2;
+    walls.above = options.outtol / 4;
+    walls.chord = tolerance / 16;
+    walls.least_depth = options.outtol;
+    walls.domain = frame->corners();
+    for (std::vector<Vec3>& run : wall_runs(mesh, offset, drop, walls)) {
+      ++report.wall_runs;
+      for (Vec3& tip : run) tip.z() += grow;
+      joiner.cut(run, options.pattern == PathPattern::kOneway);
+    }
+    worst = std::fmax(worst, close_left_over(*left, profile,
+                                             {tolerance, options.outtol / 4, grow,
+                                              options.pattern == PathPattern::kOneway},
+                                             joiner, report));
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();

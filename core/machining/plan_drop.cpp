@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/machining/closing_runs.h"
 #include "core/machining/pass_positions.h"
 #include "core/machining/path_fit.h"
 #include "core/machining/path_interval.h"
@@ -232,7 +233,8 @@ class DropPlanner {
 
 Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
                                   const std::array<double, 4>& domain, const PathOptions& options,
-                                  ToolPath head, PathReceiver& receiver) {
+                                  ToolPath head, PathReceiver& receiver,
+                                  const CompoundSurface* surface) {
   const Result<CutterShape> real = CutterShape::make(options.cutter);
   if (!real) return real.error();
   const Result<Budget> budget = budget_of(options, *real, deviation);
@@ -269,9 +271,19 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   const TopGrid tops(offset, std::fmax(widest, real->radius() / 4));
   PathStream stream(offset, head, receiver, report);
   PathJoiner joiner(tops, grow, clearance, 2 * widest + real->radius(), stream);
+  const double limit = options.outtol + options.cusp.value_or(0);
+  // Only the corner's ball is held by its contact between passes.
+  std::optional<PointDrop> drop;
+  if (!options.interval) drop.emplace(offset);
+  std::optional<LeftOver> left;
+  if (drop && surface != nullptr && real->corner() < limit) {
+    left.emplace(*surface, offset, *drop, *real, frame,
+                 LeftOverLimits{kCallPart * limit, limit, limit / 8 + 2 * deviation},
+                 real->radius() / kLatticePart, options.threads);
+    stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
+  }
   if (const Status done = planner.plan(joiner, stream, report); !done) return done.error();
-  if (!options.interval && !stream.failed()) {
-    const PointDrop drop(offset);
+  if (drop && !stream.failed()) {
     WallRunOptions walls;
     walls.below = budget->below;
     walls.above = budget->above;
@@ -281,7 +293,7 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     // Passes at a slant end at the domain's sides, and leave corners between them.
     const auto& corners = frame.corners();
     if (corners[0].y() != corners[1].y() && corners[0].x() != corners[1].x()) {
-      SegmentProfile profile(offset, drop, budget->chord);
+      SegmentProfile profile(offset, *drop, budget->chord);
       for (std::size_t k = 0; k < 4; ++k) {
         const PlanLine side(corners[k], corners[(k + 1) % 4]);
         for (const PassRun& run :
@@ -296,11 +308,18 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
         }
       }
     }
-    for (std::vector<Vec3>& run : wall_runs(mesh, offset, drop, walls)) {
+    for (std::vector<Vec3>& run : wall_runs(mesh, offset, *drop, walls)) {
       ++report.wall_runs;
       for (Vec3& tip : run) tip.z() += grow;
       joiner.cut(run, options.pattern == PathPattern::kOneway);
     }
+  }
+  if (left && !stream.failed()) {
+    SegmentProfile profile(offset, *drop, budget->chord);
+    close_left_over(
+        *left, profile,
+        {budget->below, budget->above / 2, grow, options.pattern == PathPattern::kOneway}, joiner,
+        report);
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();

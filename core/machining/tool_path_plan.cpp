@@ -87,7 +87,7 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
     const ProgressSpan span(options.progress, 0.3, 0.8);
     return options.method == PathMethod::kCc
                ? plan_cc_path(surface, mesh->mesh, deviation, options, head, receiver)
-               : plan_drop_path(mesh->mesh, deviation, domain, options, head, receiver);
+               : plan_drop_path(mesh->mesh, deviation, domain, options, head, receiver, &surface);
   }();
   if (!planned) return planned;
   progress(0.8);

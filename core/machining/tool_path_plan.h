@@ -53,12 +53,17 @@ struct PathReport {
   std::size_t passes = 0, points = 0;
   double feed_length = 0, rapid_length = 0;
   double least_interval = 0, greatest_interval = 0;
-  std::size_t added_runs = 0;  // put in between passes, where they would leave too much
-  std::size_t wall_runs = 0;   // along the feet of walls
-  double unsettled_area = 0;   // in plan, where what stays between passes could not be bounded
-  double overcut_bound = 0;    // no move goes deeper into the true surface than this
-  double undercut_bound = 0;   // no move stays higher over the lowest safe tip than this; drop only
-  double mesh_deviation = 0;   // of the mesh the cutter was dropped on
+  std::size_t added_runs = 0;    // put in between passes, where they would leave too much
+  std::size_t wall_runs = 0;     // along the feet of walls
+  double unsettled_area = 0;     // in plan, where what stays between passes could not be bounded
+  std::size_t closing_runs = 0;  // over what the passes left too high (flat ends and cc)
+  // Where the cutter fits and more than OUTTOL and the cusp height stays: the plan area and the
+  // most that does, seen on a lattice of this spacing; 0 spacing where the passes bound it by
+  // themselves.
+  double left_area = 0, left_height = 0, left_spacing = 0;
+  double overcut_bound = 0;   // no move goes deeper into the true surface than this
+  double undercut_bound = 0;  // no move stays higher over the lowest safe tip than this; drop only
+  double mesh_deviation = 0;  // of the mesh the cutter was dropped on
   double uncertified_area = 0;    // of that mesh: there the bounds are not proven
   double unreachable_area = 0;    // plan area where this cutter cannot touch the surface
   double unreachable_height = 0;  // the most it must leave there, to the spacing of the examination
@@ -91,10 +96,13 @@ Result<PlannedPath> plan_path(const CompoundSurface& surface, const PathOptions&
 
 // The drop method on a mesh of the surface, known to be at most `deviation` away from it.
 // `domain` is x0, x1, y0, y1. The mesh should reach a cutter's radius beyond it. `head` gives the
-// path's name, unit, feed and spindle.
+// path's name, unit, feed and spindle. A flat end's contact does not bound what stays between
+// passes:
+// where its `surface` is given, that is seen on a lattice and runs are put in.
 Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
                                   const std::array<double, 4>& domain, const PathOptions& options,
-                                  ToolPath head, PathReceiver& receiver);
+                                  ToolPath head, PathReceiver& receiver,
+                                  const CompoundSurface* surface = nullptr);
 Result<PlannedPath> plan_drop_path(const TriangleMesh& mesh, double deviation,
                                    const std::array<double, 4>& domain, const PathOptions& options);
 

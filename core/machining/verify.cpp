@@ -8,6 +8,7 @@
 #include "core/machining/gouge_search.h"
 #include "core/machining/lattice_check.h"
 #include "core/machining/move_merger.h"
+#include "core/machining/point_depths.h"
 #include "core/machining/swept_heights.h"
 #include "core/number.h"
 #include "core/parallel.h"
@@ -54,6 +55,33 @@ TriangleMesh gouged_points(const PlanLattice& lattice, const std::vector<double>
     points.triangles.push_back({at, at, at});
   }
   return points;
+}
+
+// Points of the lattice that the swept volume holds, deeper than `floor` straight down, where the
+// surface falls off beside them as only a wall does: sideways they may be hardly in it.
+std::vector<std::size_t> points_beside_walls(const PlanLattice& lattice,
+                                             const std::vector<double>& z,
+                                             const std::vector<double>& left, double floor) {
+  constexpr double kWall = 4;  // of the lattice's steps
+  constexpr std::size_t kMost = 100'000;
+  std::vector<std::size_t> found;
+  const double fall = kWall * std::fmax(lattice.dx, lattice.dy);
+  for (std::size_t j = 0; j < lattice.rows; ++j) {
+    for (std::size_t i = 0; i < lattice.columns; ++i) {
+      const std::size_t k = j * lattice.columns + i;
+      if (!(z[k] - left[k] > floor)) continue;
+      bool wall = false;
+      for (std::size_t b = j - std::min<std::size_t>(j, 1); b <= j + 1 && !wall; ++b) {
+        for (std::size_t a = i - std::min<std::size_t>(i, 1); a <= i + 1 && !wall; ++a) {
+          if (a >= lattice.columns || b >= lattice.rows) continue;
+          wall = !(std::fabs(z[k] - z[b * lattice.columns + a]) <= fall);  // or a hole
+        }
+      }
+      if (wall) found.push_back(k);
+      if (found.size() == kMost) return found;
+    }
+  }
+  return found;
 }
 
 // Walks over the path; calls visit with the moves, joined as far as `tolerance` lets, some at a
@@ -181,6 +209,21 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
   report.bound =
       std::fmax(0, std::fmax(gouge.bound + deviation, on_surface.bound) + off - worse.depth);
 
+  const std::vector<std::size_t> beside =
+      points_beside_walls(lattice, heights.z, swept.heights(), options.intol);
+  std::vector<Vec3> places;
+  for (const std::size_t k : beside) {
+    places.emplace_back(lattice.x(k % lattice.columns), lattice.y(k / lattice.columns),
+                        heights.z[k]);
+  }
+  PointDepths depths(*cutter, std::move(places));
+  if (!beside.empty()) {
+    walked = each_moves(
+        path, joined, [&](std::span<const SweepMove> some) { depths.add(some, options.threads); },
+        [](std::span<const ClPoint>) {});
+    if (!walked) return walked.error();
+  }
+
   const LatticeCheck check(surface, *cutter, lattice, heights, search, deviation, options);
   report.columns = lattice.columns;
   report.rows = lattice.rows;
@@ -198,6 +241,10 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     rows[j] = check.row(j, swept, report.height.data() + j * lattice.columns,
                         report.state.data() + j * lattice.columns);
   });
+  for (std::size_t k = 0; k < beside.size(); ++k) {
+    float& height = report.height[beside[k]];
+    height = std::fmax(height, -static_cast<float>(depths.depths()[k]));
+  }
   const std::vector<float> dips =
       cell_dips(mesh, deviation, lattice, heights.z, check.limit(), options.threads);
   each_row([&](std::size_t j) { check.cells(j, swept, dips, report.state, rows[j]); });

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/closing_runs.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/machining/interference.h"
+#include "core/machining/steep_regions.h"
+
+namespace diesink {
+namespace {
+
+constexpr std::size_t kFirstStride = 16;  // rows of the lattice
+
+double distance_to_move(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double length2 = d.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(d) / length2, 0.0, 1.0) : 0;
+  return (a + t * d - p).norm();
+}
+
+// The tips that straight moves keep close to the rest, and what makes those moves safe.
+std::vector<Vec3> safe_run(const std::vector<Vec3>& tips, SegmentProfile& profile,
+                           const ClosingOptions& options, double& worst) {
+  std::vector<Vec3> out{tips.front()};
+  for (std::size_t i = 0; i + 1 < tips.size();) {
+    std::size_t next = i + 1;
+    const auto close = [&](std::size_t k) {
+      for (std::size_t m = i + 1; m < k; ++m) {
+        if (distance_to_move(tips[m], tips[i], tips[k]) > options.above) return false;
+      }
+      return true;
+    };
+    while (next + 1 < tips.size() && close(next + 1)) ++next;
+    worst = std::fmax(worst, safe_move(tips[i], tips[next], profile, options.below, out));
+    i = next;
+  }
+  return out;
+}
+
+}  // namespace
+
+double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
+                       PathJoiner& joiner, PathReport& report) {
+  double worst = 0;
+  for (std::size_t stride = kFirstStride; stride > 0; stride /= 2) {
+    SteepRegions regions(1.01 * static_cast<double>(stride) * left.spacing());
+    for (const std::vector<Vec3>& tips : left.open_runs(stride)) {
+      AddedRun run{tips.front().y(), safe_run(tips, profile, options, worst)};
+      for (Vec3& tip : run.tips) tip.z() += options.lift;
+      if (run.tips.front().x() > run.tips.back().x())
+        std::reverse(run.tips.begin(), run.tips.end());
+      regions.add(std::move(run));
+    }
+    for (std::vector<AddedRun>& region : regions.all()) {
+      report.closing_runs += region.size();
+      bool forward = true;
+      for (AddedRun& run : region) {
+        if (!forward) std::reverse(run.tips.begin(), run.tips.end());
+        joiner.cut(run.tips, options.oneway);
+        if (!options.oneway) forward = !forward;
+      }
+    }
+  }
+  const LeftOver::Rest rest = left.rest();
+  report.left_area = rest.area;
+  report.left_height = rest.height;
+  report.left_spacing = left.spacing();
+  return worst;
+}
+
+}  // namespace diesink

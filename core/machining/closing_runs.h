@@ -1,0 +1,29 @@
+// Runs over the places that a path leaves too high, until none is left or no run helps.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/machining/left_over.h"
+#include "core/machining/path_links.h"
+#include "core/machining/segment_profile.h"
+
+namespace diesink {
+
+// Of a radius, the spacing of the lattice; of what may stay, what is called out, so that a little
+// is left for between the lattice's points.
+inline constexpr double kLatticePart = 32, kCallPart = 0.8;
+
+struct ClosingOptions {
+  double below = 0;  // no move dips deeper under the lowest safe height
+  double above = 0;  // points of a run this close to a straight move are left out
+  double lift = 0;   // from the offset's cutter to the one that cuts
+  bool oneway = false;
+};
+
+// Cuts runs over rows of the lattice, first far apart, then closer, where the rows before did not
+// help. Fills closing_runs, left_area, left_height and left_spacing of the report.
+// Needs: `left` has every move so far and is given those of `joiner` as they come. Bound: returns
+// the most by which a move lies under the lowest safe height of the offset's cutter.
+double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
+                       PathJoiner& joiner, PathReport& report);
+
+}  // namespace diesink
