@@ -79,13 +79,13 @@ void drop_lattice_solids400(benchmark::State& state) {
 }
 BENCHMARK(drop_lattice_solids400)->ArgsProduct({{100, 25}, {0}})->UseRealTime();
 
-// Scattered points, one thread.
+// Scattered points, on one core and on two.
 void drop_points_solids400(benchmark::State& state) {
   if (left_out(state, solids400_mesh())) return;
   static const OffsetSurface offset(solids400_mesh(), *CutterShape::make({12, 6}), 0);
   static const PointDrop drop(offset);
   const Machining& m = solids400().program().machining;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1 + static_cast<std::uint64_t>(state.thread_index());
   const auto next = [&](const std::array<double, 2>& range) {
     seed = seed * 6364136223846793005u + 1442695040888963407u;
     return range[0] + (range[1] - range[0]) * static_cast<double>(seed >> 11) * 0x1p-53;
@@ -96,7 +96,7 @@ void drop_points_solids400(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations());
 }
-BENCHMARK(drop_points_solids400);
+BENCHMARK(drop_points_solids400)->Threads(1)->Threads(2)->UseRealTime();
 
 // fig6 with a ball of 6 at 0.02 and cusp 0.01, from the surface to the path.
 void plan_fig6(benchmark::State& state) {

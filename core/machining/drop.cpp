@@ -6,6 +6,17 @@
 
 namespace diesink {
 
+namespace {
+
+float rounded_up(double v) {
+  const float f = static_cast<float>(v);
+  return static_cast<double>(f) < v ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
+}
+
+float rounded_down(double v) { return -rounded_up(-v); }
+
+}  // namespace
+
 PointDrop::PointDrop(const OffsetSurface& offset) : offset_(&offset) {
   const std::size_t count = offset.piece_count();
   std::vector<PlanBox> boxes(count);
@@ -50,14 +61,14 @@ PointDrop::PointDrop(const OffsetSurface& offset) : offset_(&offset) {
   items_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
   for (std::size_t k = 0; k < count; ++k) {
-    const double top = offset.top(k);
-    float rounded = static_cast<float>(top);
-    if (static_cast<double>(rounded) < top) {
-      rounded = std::nextafter(rounded, std::numeric_limits<float>::infinity());
-    }
-    each_cell(boxes[k], [&](std::size_t c) {
-      items_[next[c]++] = {rounded, static_cast<std::uint32_t>(k)};
-    });
+    const PlanBox& box = boxes[k];
+    // As wide as the facets' own test lets a point lie beside them.
+    const double slack =
+        2e-12 * (std::max(std::fabs(box.x0), std::fabs(box.x1)) + offset.cutter().radius());
+    const Entry entry{rounded_up(offset.top(k)),    static_cast<std::uint32_t>(k),
+                      rounded_down(box.x0 - slack), rounded_up(box.x1 + slack),
+                      rounded_down(box.y0),         rounded_up(box.y1)};
+    each_cell(box, [&](std::size_t c) { items_[next[c]++] = entry; });
   }
   for (std::size_t c = 0; c + 1 < start_.size(); ++c) {
     std::sort(items_.begin() + start_[c], items_.begin() + start_[c + 1],
@@ -101,6 +112,23 @@ void PointDrop::pieces_along(const Vec2& a, const Vec2& b, double floor,
   }
 }
 
+void PointDrop::fetch(std::uint32_t piece) const {
+  constexpr std::size_t kLine = 64;
+  const std::size_t facets = offset_->facets().size(), edges = offset_->edges().size();
+  const auto lines = [](const auto& object) {
+    const char* at = reinterpret_cast<const char*>(&object);
+    for (std::size_t k = 0; k < sizeof object; k += kLine) __builtin_prefetch(at + k);
+    __builtin_prefetch(at + sizeof object - 1);
+  };
+  if (piece < facets) {
+    lines(offset_->facets()[piece]);
+  } else if (piece < facets + edges) {
+    lines(offset_->edges()[piece - facets]);
+  } else {
+    lines(offset_->vertices()[piece - facets - edges]);
+  }
+}
+
 double PointDrop::at(double x, double y, double enough) const {
   if (!(x >= extent_.x0 && x <= extent_.x1 && y >= extent_.y0 && y <= extent_.y1)) {
     return kNoContact;
@@ -113,10 +141,20 @@ double PointDrop::at(double x, double y, double enough) const {
   const CutterShape& cutter = offset_->cutter();
   const std::size_t facet_count = offset_->facets().size();
   const std::size_t edge_end = facet_count + offset_->edges().size();
+  const auto beside = [&](const Entry& entry) {
+    return x < static_cast<double>(entry.x0) || x > static_cast<double>(entry.x1) ||
+           y < static_cast<double>(entry.y0) || y > static_cast<double>(entry.y1);
+  };
+  // The pieces lie anywhere in memory: they are fetched together, not one after another.
+  constexpr std::uint32_t kAhead = 8;
+  for (std::uint32_t k = start_[c], end = std::min(start_[c + 1], k + kAhead); k < end; ++k) {
+    if (!beside(items_[k])) fetch(items_[k].piece);
+  }
   double best = kNoContact;
   for (std::size_t k = start_[c]; k < start_[c + 1]; ++k) {
     const Entry& entry = items_[k];
     if (static_cast<double>(entry.top) <= best) break;
+    if (beside(entry)) continue;
     double z = kNoContact;
     if (entry.piece < facet_count) {
       const FacetSpan f = row_span(offset_->facets()[entry.piece], y);

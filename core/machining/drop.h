@@ -30,7 +30,10 @@ class PointDrop {
   struct Entry {
     float top = 0;  // rounded up
     std::uint32_t piece = 0;
+    // The piece's plan box, rounded outward: most are passed over without a look at the piece.
+    float x0 = 0, x1 = 0, y0 = 0, y1 = 0;
   };
+  void fetch(std::uint32_t piece) const;
   const OffsetSurface* offset_;
   PlanBox extent_;
   int nx_ = 1, ny_ = 1;
