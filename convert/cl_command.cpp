@@ -47,12 +47,14 @@ Result<PathFormat> format_of(const std::string& path) {
 }
 
 std::string summary(const Options& options, const std::string& name, const PathReport& r,
-                    double seconds) {
+                    double minutes, double seconds) {
   char line[512];
-  std::snprintf(line, sizeof line,
-                "%s: %zu passes %.4g to %.4g apart, %zu points, %.6g cutting, %.6g rapid; %.3f s\n",
-                name.c_str(), r.passes, r.least_interval, r.greatest_interval, r.points,
-                r.feed_length, r.rapid_length, seconds);
+  std::snprintf(
+      line, sizeof line,
+      "%s: %zu passes %.4g to %.4g apart, %zu points, %.6g cutting (%.3g min), %.6g rapid; "
+      "%.3f s\n",
+      name.c_str(), r.passes, r.least_interval, r.greatest_interval, r.points, r.feed_length,
+      minutes, r.rapid_length, seconds);
   std::string text = line;
   if (r.added_runs + r.wall_runs > 0) {
     std::snprintf(line, sizeof line, "  %zu runs put in on steep places, %zu along walls\n",
@@ -197,12 +199,14 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   if (Status written = outputs.commit(); !written) return report(written.error());
   const double seconds = watch.lap();
   const PathReport& r = *planned;
+  const double minutes = cutting_minutes(r, options, program);
   const bool to_stdout = std::count(options.outputs.begin(), options.outputs.end(), "-") > 0;
   if (common.json) {
-    if (const ExitStatus status = print(to_json(r, seconds) + "\n"); status != ExitStatus::kDone)
+    if (const ExitStatus status = print(to_json(r, minutes, seconds) + "\n");
+        status != ExitStatus::kDone)
       return status;
   } else if (!common.quiet && !to_stdout) {
-    if (const ExitStatus status = print(summary(options, program.name, r, seconds));
+    if (const ExitStatus status = print(summary(options, program.name, r, minutes, seconds));
         status != ExitStatus::kDone)
       return status;
   }
@@ -210,6 +214,15 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
     report_warning(options.part, "the surface is not certified over an area of " +
                                      to_text(r.uncertified_area) +
                                      ": the path is not proven there");
+  }
+  if (r.left_area > 0) {
+    report_warning(options.part, "more than OUTTOL and the cusp height stays over an area of " +
+                                     to_text(r.left_area) + ", up to " + to_text(r.left_height) +
+                                     ", where the cutter fits");
+  }
+  if (r.unsettled_area > 0) {
+    report_warning(options.part, "what stays between the passes is not bounded over an area of " +
+                                     to_text(r.unsettled_area));
   }
   return is_kept(r, *how) ? ExitStatus::kDone : ExitStatus::kNotKept;
 }

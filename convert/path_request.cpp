@@ -74,16 +74,27 @@ void set_speeds(ToolPath& path, const PathRequest& request) {
 }
 
 bool is_kept(const PathReport& r, const PathOptions& options) {
-  return r.uncertified_area <= 0 && r.overcut_bound <= options.intol * (1 + 1e-9);
+  return r.uncertified_area <= 0 && r.left_area <= 0 &&
+         r.overcut_bound <= options.intol * (1 + 1e-9);
 }
 
-std::string to_json(const PathReport& r, double seconds) {
+double cutting_minutes(const PathReport& r, const PathRequest& request,
+                       const PartProgram& program) {
+  ToolPath path;
+  path.unit = program.unit;
+  path.feed = program.machining.feed.value_or(0);
+  set_speeds(path, request);
+  return r.feed_length / path.feed;
+}
+
+std::string to_json(const PathReport& r, double minutes, double seconds) {
   JsonWriter json;
   json.begin_object()
       .field("passes", r.passes)
       .field("points", r.points)
       .field("feed_length", r.feed_length)
       .field("rapid_length", r.rapid_length)
+      .field("cutting_minutes", minutes)
       .field("added_runs", r.added_runs)
       .field("wall_runs", r.wall_runs)
       .field("closing_runs", r.closing_runs)

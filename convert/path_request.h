@@ -27,10 +27,15 @@ Result<PathOptions> path_options(const PathRequest& request, const PartProgram& 
 // Feed and spindle as asked for, else as the program states them, else a usual feed.
 void set_speeds(ToolPath& path, const PathRequest& request);
 
-// True where the path is proven to keep the overcut tolerance everywhere.
+// Of the moves at the feed that set_speeds() gives.
+double cutting_minutes(const PathReport& report, const PathRequest& request,
+                       const PartProgram& program);
+
+// True where the path is proven to keep the overcut tolerance everywhere, and nothing is known to
+// stay higher than asked where the cutter fits.
 bool is_kept(const PathReport& report, const PathOptions& options);
 
 // One JSON object.
-std::string to_json(const PathReport& report, double seconds);
+std::string to_json(const PathReport& report, double minutes, double seconds);
 
 }  // namespace diesink

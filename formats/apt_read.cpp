@@ -53,7 +53,11 @@ class AptReader {
         note_ = text.size() > 2 && text.back() == '$';
         continue;
       }
-      if (!continued_ && is_remark(text)) continue;
+      if (!continued_ && is_remark(text)) {
+        // What INSERT hands to the controller may be anything, also a move.
+        if (upper_case(text.substr(0, 6)) == "INSERT") pass_over("INSERT", 1);
+        continue;
+      }
       // Creo names itself in the head of its files, "$$* Pro/CLfile Version ...".
       if (text.substr(0, 3) == "$$*" && upper_case(text).find("PRO/CLFILE") != std::string::npos) {
         several_ = true;
@@ -341,11 +345,14 @@ class AptReader {
     if (m.empty() && words_.empty()) return;
     if (m != "GOTO") goes_on_.reset();
     if (m == "TOOLPATH" || m == "TLDATA" || m == "MSYS") clockwise_ = true;
-    if (m == "FROM" || m == "GODLTA" || m == "TLON") no_arc_waits(m);
+    if (m == "FROM" || m == "GODLTA" || m == "TLON" || m == "GOHOME") no_arc_waits(m);
     if (m == "GOTO") {
       go_to(rapid_ ? Motion::kRapid : Motion::kFeed);
     } else if (m == "FROM") {
       go_to(Motion::kRapid);
+      if (points_.count() > 0) from_ = points_.last();
+    } else if (m == "GOHOME") {
+      go_home();
     } else if (m == "GODLTA") {
       std::array<double, 3> v{0, 0, 0};
       if (words_.size() != 3 || points_.count() == 0) {
@@ -404,10 +411,13 @@ class AptReader {
         upright(0, axis.data());
       }
     } else if (m == "ARC" || m == "ARCSLP" || m == "GOFWD" || m == "GOLFT" || m == "GORGT" ||
-               m == "GOBACK" || m == "CYCLE" || m == "GOHOME" || m == "COPY" || m == "TRACUT" ||
-               m == "ORIGIN" || m == "TRANS" || m == "ROTATE" || m == "ROTHED" || m == "ROTABL" ||
-               m == "TLLFT" || m == "TLRGT" || m == "PSIS") {
-      if (m == "CYCLE" && has("OFF")) return;
+               m == "GOBACK" || m == "CYCLE" || m == "COPY" || m == "TRACUT" || m == "ORIGIN" ||
+               m == "TRANS" || m == "ROTATE" || m == "ROTHED" || m == "ROTABL" || m == "TLLFT" ||
+               m == "TLRGT" || m == "PSIS") {
+      if ((m == "CYCLE" && has("OFF")) ||
+          (m == "ARCSLP" && words_.size() == 1 && (has("ON") || has("OFF")))) {
+        return;  // arcs may climb, or no longer: their ends tell
+      }
       lines_.error(major_.column,
                    m + " is not supported; expected GOTO and arcs (CIRCLE, MOVARC, TLON,GOFWD)");
     } else if (m == "MULTAX" || m == "END-OF-PATH" || m == "TOOLPATH" || m == "PAINT" ||
@@ -420,9 +430,7 @@ class AptReader {
         lines_.error(major_.column, "a statement that begins with a number; expected a word");
         return;
       }
-      if (unknown_++ == 0) {
-        unknown_place_ = lines_.place(major_.column);
-        unknown_word_ = m.substr(0, 40);
+      if (pass_over(m, major_.column)) {
         const std::vector<std::string_view> known{"GOTO",  "RAPID",  "UNITS",  "CUTTER", "FEDRAT",
                                                   "INTOL", "OUTTOL", "SPINDL", "GODLTA"};
         // A misspelt motion must not be dropped.
@@ -434,16 +442,41 @@ class AptReader {
     }
   }
 
+  // Counts a statement that is not looked at; true for the first of a path.
+  bool pass_over(std::string_view word, std::size_t column) {
+    if (unknown_++ > 0) return false;
+    unknown_place_ = lines_.place(column);
+    unknown_word_ = word.substr(0, 40);
+    return true;
+  }
+
   void units() {
-    if (has("MM")) {
-      path_.unit = LengthUnit::kMillimetre;
-    } else if (has("INCH") || has("INCHES") || has("IN")) {
-      path_.unit = LengthUnit::kInch;
+    LengthUnit unit = LengthUnit::kMillimetre;
+    if (has("INCH") || has("INCHES") || has("IN")) {
+      unit = LengthUnit::kInch;
     } else if (has("CM")) {
-      path_.unit = LengthUnit::kCentimetre;
-    } else {
+      unit = LengthUnit::kCentimetre;
+    } else if (!has("MM")) {
       lines_.error(major_.column, "UNITS/ names no unit that is known; expected MM or INCHES");
+      return;
     }
+    if (points_.count() > 0 && unit != path_.unit) {
+      lines_.error(major_.column, "the unit changes within the path; expected one a file");
+      return;
+    }
+    path_.unit = unit;
+  }
+
+  // Back to where FROM began, or to a stated place.
+  void go_home() {
+    if (!words_.empty()) {
+      go_to(Motion::kRapid);
+    } else if (from_) {
+      move_to(*from_, Motion::kRapid);
+    } else {
+      lines_.error(major_.column, "GOHOME without FROM before it: expected where home is");
+    }
+    rapid_ = false;
   }
 
   void cutter() {
@@ -478,6 +511,17 @@ class AptReader {
       lines_.error(words_.front().column, "a cutter with a taper or a point; expected angles 0");
       return;
     }
+    // e and f are where the corner's centre lies: out from the axis and up from the tip.
+    if (major_.text == "CUTTER" && v.size() > 3 && (v[2] != 0 || v[3] != 0)) {
+      const double out = cutter.diameter / 2 - cutter.corner_radius;
+      const double digits = 1e-3 * cutter.diameter;
+      if (std::fabs(v[2] - out) > digits || std::fabs(v[3] - cutter.corner_radius) > digits) {
+        lines_.error(words_.front().column,
+                     "a cutter whose corner does not end in its side and its end; expected e = d/2 "
+                     "- r and f = r");
+        return;
+      }
+    }
     if (v.size() == 1) {
       lines_.warning(words_.front().column,
                      "only a diameter: taken as a flat end; --cutter D,R states a corner radius");
@@ -502,6 +546,7 @@ class AptReader {
   bool clockwise_ = false;                  // about the axis of CIRCLE: Siemens NX
   bool several_ = false;                    // an arc may have more positions than its end
   std::optional<Vec3> direction_;           // INDIRV
+  std::optional<Vec3> from_;                // FROM
   std::string frame_;                       // MSYS
   std::size_t unknown_ = 0;
   Place unknown_place_;

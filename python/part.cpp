@@ -217,7 +217,8 @@ Path plan(const Part& part, const PathWords& words) {
   set_speeds(planned.path, request);
   Path path;
   path.kept = is_kept(planned.report, how);
-  path.report = from_json(to_json(planned.report, watch.lap()));
+  const double minutes = cutting_minutes(planned.report, request, part.surface.program());
+  path.report = from_json(to_json(planned.report, minutes, watch.lap()));
   path.contacts = contacts_of(planned);
   path.path = std::make_shared<const ToolPath>(std::move(planned.path));
   return path;

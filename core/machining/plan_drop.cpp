@@ -315,6 +315,7 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     }
   }
   if (left && !stream.failed()) {
+    report.unsettled_area = 0;  // it is looked at instead
     SegmentProfile profile(offset, *drop, budget->chord);
     close_left_over(
         *left, profile,

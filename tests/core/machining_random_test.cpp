@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/machining/tool_path_plan.h"
@@ -10,6 +11,7 @@
 #include "core/part_program/part_program.h"
 #include "core/tessellate/tessellate.h"
 #include "tests/support/height_mesh.h"
+#include "tests/support/load_part.h"
 #include "tests/support/random_program.h"
 
 namespace diesink {
@@ -78,11 +80,64 @@ void plan_and_verify(std::uint64_t seed, Base base, PathMethod method) {
   EXPECT_LE(found->max_gouge - found->bound, options.intol + 1e-9)
       << "gouge, seed " << seed << " at " << found->max_gouge_at.transpose();
   EXPECT_EQ(found->rapid_plunges, 0u);
-  if (method == PathMethod::kDrop) {
-    // For a flat end what lies between passes is estimated, for the others it is bounded.
-    const bool bounded = options.cutter.corner_radius > 0;
-    EXPECT_LE(found->uncut_area, bounded ? 0 : 1e-3 * 60 * 60)
-        << "excess, seed " << seed << " at " << found->max_excess_at.transpose();
+  // Where the passes do not bound what lies between them it is seen on a lattice, and told.
+  const PathReport& told = planned->report;
+  EXPECT_EQ(told.left_spacing > 0, method == PathMethod::kCc || options.cutter.corner_radius == 0);
+  const double seen = told.left_spacing > 0 ? 1e-4 * 60 * 60 : 0;
+  EXPECT_LE(found->uncut_area, 2 * told.left_area + seen)
+      << "excess, seed " << seed << " at " << found->max_excess_at.transpose();
+}
+
+// Of a fixture with all round its walls and concave edges.
+VerifyReport checked_fixture(const char* name, const PathOptions& options, PathReport& told) {
+  const CompoundSurface surface = test::fixture(name);
+  const PlannedPath planned = plan_path(surface, options).value();
+  told = planned.report;
+  const Result<CompoundSurface> wide = widened(surface, options.cutter.diameter / 2);
+  TessellationOptions how;
+  how.tolerance = (options.intol + options.outtol) / 32;
+  const Tessellation mesh = tessellate(*wide, how).value();
+  VerifyOptions check;
+  check.cutter = options.cutter;
+  check.intol = options.intol;
+  check.outtol = options.outtol;
+  check.cusp = options.cusp;
+  check.threads = 2;
+  return verify_path(surface, mesh.mesh, mesh.report.certified_deviation, planned.path, check)
+      .value();
+}
+
+// Contacts of two passes tell nothing of the ground beside a concave edge that runs between them.
+TEST(LeftOver, ContactsLeaveNothingBesideConcaveEdges) {
+  PathOptions options;
+  options.method = PathMethod::kCc;
+  options.cutter = {8, 4};
+  options.cusp = 0.05;
+  options.intol = options.outtol = 0.01;
+  PathReport told;
+  const VerifyReport found = checked_fixture("spheres", options, told);
+  EXPECT_LE(found.max_gouge, 0.01);
+  EXPECT_LE(found.uncut_area, 0.02);
+  EXPECT_EQ(told.left_area, 0);
+  EXPECT_GT(told.closing_runs, 0u);
+}
+
+// Nor does a flat end's contact. On the map nothing is gouged: beside a wall straight down is not
+// the way out of the cutter.
+TEST(LeftOver, FlatEndsLeaveNothingThatIsNotTold) {
+  for (const PathMethod method : {PathMethod::kDrop, PathMethod::kCc}) {
+    PathOptions options;
+    options.method = method;
+    options.cutter = {6, 0};
+    options.cusp = 0.1;
+    options.intol = options.outtol = 0.02;
+    PathReport told;
+    const VerifyReport found = checked_fixture("fig6", options, told);
+    EXPECT_LE(found.max_gouge, 0.02);
+    EXPECT_LE(found.uncut_area, 2 * told.left_area + 0.02)
+        << found.max_excess << " at " << found.max_excess_at.transpose();
+    EXPECT_LE(told.left_area, 0.1);
+    EXPECT_GE(*std::min_element(found.height.begin(), found.height.end()), -0.02F);
   }
 }
 

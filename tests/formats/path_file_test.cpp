@@ -329,6 +329,10 @@ TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
       {PathFormat::kApt, "CUTCOM/LEFT\n", "1:1 compensation of the cutter"},
       {PathFormat::kApt, "TRACUT/MATRIX\n", "1:1 TRACUT is not supported"},
       {PathFormat::kApt, "UNITS/FURLONG\n", "1:1 UNITS/ names no unit"},
+      {PathFormat::kApt, "GOTO/1,2,3\nUNITS/INCHES\nGOTO/2,2,3\n", "2:1 the unit changes"},
+      {PathFormat::kApt, "CUTTER/6,1,0,3,0,0,40\n", "1:8 a cutter whose corner does not end"},
+      {PathFormat::kApt, "GOTO/1,2,3\nGOHOME\n", "2:1 GOHOME without FROM"},
+      {PathFormat::kApt, "ARCSLP/0.5\n", "1:1 ARCSLP is not supported"},
       {PathFormat::kApt, "CUTTER/-6,3\n", "no cutter"},
       {PathFormat::kApt, "", "the file holds no tool path"},
       {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X3 Y4 I1 J0\n", "2:13 an arc that begins 1 and ends"},
@@ -361,6 +365,20 @@ TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
     EXPECT_FALSE(read(wrong.text, wrong.format, &messages)) << wrong.text;
     EXPECT_NE(messages.find(wrong.message), std::string::npos) << wrong.text << messages;
   }
+}
+
+TEST(PathRead, AptGoesHomeAndTellsWhatItPassesOver) {
+  std::string messages;
+  const auto path = read(
+      "UNITS/MM\nCUTTER/6,1,2,1,0,0,40\nMULTAX/OFF\nPPRINT HELLO\nINSERT G28 Z0\nFROM/0,0,50\n"
+      "RAPID\nGOTO/5,0,3\nARCSLP/ON\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,4\nARCSLP/OFF\nGOHOME\nFINI\n",
+      PathFormat::kApt, &messages);
+  ASSERT_TRUE(path) << messages;
+  ASSERT_GT(path->points.size(), 3u);
+  EXPECT_EQ(path->points.back().tip, Vec3(0, 0, 50));
+  EXPECT_EQ(path->points.back().motion, Motion::kRapid);
+  EXPECT_EQ(path->points[path->points.size() - 2].tip, Vec3(0, 5, 4));
+  EXPECT_NE(messages.find("'INSERT' in line 5"), std::string::npos) << messages;
 }
 
 TEST(PathRead, AnyDamageEndsInAPathOrErrors) {
