@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/tessellate/border_stops.h"
 #include "core/tessellate/cell_graph.h"
 #include "core/tessellate/cell_tree.h"
 #include "core/tessellate/outline.h"
@@ -20,12 +21,11 @@ constexpr int kMaxDensity = 7;  // halvings of a stretch at most
 
 class ArcMaker {
  public:
-  ArcMaker(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner,
+  ArcMaker(const Impl& surface, const CellGraph& graph, std::vector<BorderStop> stops,
            const std::array<const Seam*, 4>& seams, Arrangement& out)
       : surface_(surface),
         graph_(graph),
-        domain_(domain),
-        inner_(inner),
+        stops_(std::move(stops)),
         seams_(seams),
         out_(out),
         solver_(surface) {}
@@ -47,13 +47,13 @@ class ArcMaker {
   bool contains(const std::vector<ArcUse>& loop, double x, double y) const;
 
   const Impl& surface_;
-  CellGraph& graph_;
-  const PlanBox& domain_;
-  const PlanBox& inner_;
+  const CellGraph& graph_;
+  std::vector<BorderStop> stops_;
   const std::array<const Seam*, 4>& seams_;
   Arrangement& out_;
   CurveSolver solver_;
   std::vector<std::uint32_t> plan_of_;       // plan node of a graph node, or kNone
+  std::vector<std::uint32_t> stop_node_;     // plan node of a stop
   std::vector<char> walked_;                 // links
   std::vector<std::vector<ArcUse>> around_;  // a plan node's outgoing arcs, anticlockwise
   std::vector<std::vector<std::int64_t>>
@@ -69,18 +69,7 @@ std::uint32_t ArcMaker::plan_node(std::uint32_t g) {
   node.y = from.y;
   node.heights = from.heights;
   node.corner = from.corner;
-  node.border = from.border;
-  node.seam =
-      from.border && from.side >= 0 && seams_[static_cast<std::size_t>(from.side)] != nullptr;
   node.solved = from.solved;
-  if (from.border) {
-    // The cells end a hair inside the domain, so that what only touches the border from outside is
-    // not seen.
-    if (from.x == inner_.x0) node.x = domain_.x0;
-    if (from.x == inner_.x1) node.x = domain_.x1;
-    if (from.y == inner_.y0) node.y = domain_.y0;
-    if (from.y == inner_.y1) node.y = domain_.y1;
-  }
   plan_of_[g] = static_cast<std::uint32_t>(out_.nodes.size());
   out_.nodes.push_back(std::move(node));
   return plan_of_[g];
@@ -186,78 +175,24 @@ void ArcMaker::run_along_seam(const Seam& seam, bool ahead, PlanArc& arc) {
 }
 
 void ArcMaker::make_border() {
-  // Border nodes in the order of travel round the domain, from its lower left corner.
-  struct Stop {
-    double along;
-    std::uint32_t node;
-    Label before, after;  // travelling anticlockwise
-    bool domain_corner;
-    std::uint32_t graph;
-  };
-  const double w = domain_.x1 - domain_.x0, h = domain_.y1 - domain_.y0;
-  std::vector<Stop> stops;
-  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
-    const GraphNode& n = graph_.nodes[g];
-    if (!n.border) continue;
-    const std::uint32_t p = plan_node(g);
-    const PlanNode& node = out_.nodes[p];
-    double along = 0;
-    bool ahead = true;
-    if (n.side == 0) {
-      along = node.x - domain_.x0;
-    } else if (n.side == 1) {
-      along = w + node.y - domain_.y0;
-    } else if (n.side == 2) {
-      along = w + h + domain_.x1 - node.x;
-      ahead = false;
-    } else {
-      along = 2 * w + h + domain_.y1 - node.y;
-      ahead = false;
-    }
-    stops.push_back({along, p, ahead ? n.low : n.high, ahead ? n.high : n.low, false, g});
-  }
-  const double xs[4] = {domain_.x0, domain_.x1, domain_.x1, domain_.x0};
-  const double ys[4] = {domain_.y0, domain_.y0, domain_.y1, domain_.y1};
-  const double ix[4] = {inner_.x0, inner_.x1, inner_.x1, inner_.x0};
-  const double iy[4] = {inner_.y0, inner_.y0, inner_.y1, inner_.y1};
-  const double at[4] = {0, w, w + h, 2 * w + h};
-  for (int k = 0; k < 4; ++k) {
-    const LineState state = surface_.evaluate_face(ix[k], iy[k]);
-    PlanNode node;
-    node.x = xs[k];
-    node.y = ys[k];
-    node.border = node.corner = true;
-    node.seam = seams_[static_cast<std::size_t>(k)] != nullptr ||
-                seams_[static_cast<std::size_t>((k + 3) % 4)] != nullptr;
-    if (state.label != kNoLabel) node.heights.push_back({state.label, state.z});
-    stops.push_back({at[k], static_cast<std::uint32_t>(out_.nodes.size()), state.label, state.label,
-                     true, kNone});
-    out_.nodes.push_back(std::move(node));
-  }
-  std::stable_sort(stops.begin(), stops.end(),
-                   [](const Stop& a, const Stop& b) { return a.along < b.along; });
-  const std::size_t n = stops.size();
+  const std::size_t n = stops_.size();
   std::vector<std::uint32_t> arc_after(n);
   for (std::size_t k = 0; k < n; ++k) {
     PlanArc arc;
     arc.border = true;
-    arc.left = stops[k].after;
-    arc.nodes = {stops[k].node, stops[(k + 1) % n].node};
+    arc.left = stops_[k].after;
+    arc.nodes = {stop_node_[k], stop_node_[(k + 1) % n]};
     arc.curves.resize(1);
-    // Corners part the sides: the arc is on the side that it starts on.
-    std::size_t side = 0;
-    while (side < 3 && stops[k].along >= at[side + 1]) ++side;
+    const std::uint8_t side = stops_[k].side;
     if (seams_[side] != nullptr) run_along_seam(*seams_[side], side < 2, arc);
     arc_after[k] = static_cast<std::uint32_t>(out_.arcs.size());
     out_.arcs.push_back(std::move(arc));
   }
   around_.resize(out_.nodes.size());
   for (std::size_t k = 0; k < n; ++k) {
-    std::vector<ArcUse>& out = around_[stops[k].node];
-    std::vector<ArcUse> order{{arc_after[k], true}};
-    order.insert(order.end(), out.begin(), out.end());
-    order.push_back({arc_after[(k + n - 1) % n], false});
-    out = std::move(order);
+    std::vector<ArcUse>& out = around_[stop_node_[k]];
+    out.insert(out.begin(), {arc_after[k], true});
+    out.push_back({arc_after[(k + n - 1) % n], false});
   }
 }
 
@@ -364,6 +299,12 @@ void ArcMaker::make() {
   walked_.assign(graph_.links.size(), 0);
   for (std::size_t l = 0; l < graph_.links.size(); ++l) walked_[l] = graph_.links[l].gone ? 1 : 0;
   slot_of_link_.resize(graph_.nodes.size());
+  for (const BorderStop& stop : stops_) {
+    const auto id = static_cast<std::uint32_t>(out_.nodes.size());
+    stop_node_.push_back(id);
+    for (const std::uint32_t g : stop.graph) plan_of_[g] = id;
+    out_.nodes.push_back(stop.node);
+  }
   for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
     if (!junction(g)) continue;
     for (const std::uint32_t l : graph_.nodes[g].links) {
@@ -374,12 +315,17 @@ void ArcMaker::make() {
     if (!walked_[l]) walk(graph_.links[l].from, l);
   }
   around_.resize(out_.nodes.size());
-  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
-    if (!junction(g) || plan_of_[g] == kNone) continue;
+  const auto add_slots = [&](std::uint32_t g) {
     for (const std::int64_t s : slot_of_link_[g]) {
       if (s >= 0) around_[plan_of_[g]].push_back({static_cast<std::uint32_t>(s / 2), s % 2 == 0});
     }
+  };
+  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
+    if (junction(g) && !graph_.nodes[g].border && plan_of_[g] != kNone) add_slots(g);
   }
+  // Anticlockwise from the way on: what is ahead comes first.
+  for (const BorderStop& stop : stops_)
+    std::for_each(stop.graph.rbegin(), stop.graph.rend(), add_slots);
   make_border();
   make_regions();
 }
@@ -475,7 +421,9 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   out.cells = tree.cells.size();
   if (!out.keeps_seams) return out;
   for (const TreeCell& c : tree.cells) out.least_cells += c.kind == CellKind::kLeast ? 1u : 0u;
-  ArcMaker(surface, graph, domain, inner, options.seams, out).make();
+  ArcMaker(surface, graph, border_stops(surface, graph, domain, inner, options.seams),
+           options.seams, out)
+      .make();
   bool any = false;
   for (const PlanRegion& region : out.regions) any = any || region.label != kNoLabel;
   if (!any) {

@@ -77,7 +77,8 @@ double border_inset(const CompoundSurface::Impl& surface);
 // Of the tolerance: a cell no wider needs no word about what is joined in it.
 constexpr double kUnseen = 0.05;
 
-// Of the least cell: 2^-22 of the domain's longer side, or what the tolerance does not see, if that is smaller; but not below 2^-28 of the side.
+// Of the least cell: 2^-22 of the domain's longer side, or what the tolerance does not see, if that
+// is smaller; but not below 2^-28 of the side.
 double least_cell(double longer_side, double tolerance);
 
 // Height under which surfaces, or lines side by side, count as one.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -38,6 +39,14 @@ inline std::string cylinder(const std::string& id, const std::string& from, cons
 inline std::string cone(const std::string& id, const std::string& base, const std::string& apex,
                         const std::string& radius) {
   return id + ",R-CONE,1\nP1," + base + "\nP2," + apex + "\nRAD," + radius + "\n";
+}
+
+// On a rectangle from (x0, y0) to (x1, y1) at z = 0.
+inline std::string pyramid(const std::string& id, const std::array<int, 4>& plan, int height) {
+  const std::string x0 = std::to_string(plan[0]), y0 = std::to_string(plan[1]),
+                    x1 = std::to_string(plan[2]), y1 = std::to_string(plan[3]);
+  return id + ",PYRAM,2\nP1," + x0 + "," + y0 + ",0\nP2," + x1 + "," + y0 + ",0\nP3," + x1 + "," +
+         y1 + ",0\nP4," + x0 + "," + y1 + ",0\nHEI," + std::to_string(height) + "\n";
 }
 
 inline std::vector<NamedCase> named_cases() {
@@ -181,6 +190,17 @@ inline std::vector<NamedCase> named_cases() {
       {"NoBaseBoxOfTheWholeDomain",
        "SOLID-DEF\n" + box("A", "0,0,0", "40,40,5") + sphere("S", "20,20,5", "6") +
            "BOOLE-DEF\nA-S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
+      // Edges along the border at the base's height, ridges that end in a corner of the domain.
+      {"PyramidInTheDomainsCorner", on_plane(pyramid("P", {0, 0, 10, 10}, 6), "+P")},
+      {"PyramidInTheOppositeCorner", on_plane(pyramid("P", {30, 30, 40, 40}, 6), "+P")},
+      {"PyramidAlongTheBorder", on_plane(pyramid("P", {10, 0, 20, 10}, 6), "+P")},
+      {"PyramidHoleInTheDomainsCorner", on_plane(pyramid("P", {0, 0, 10, 10}, -6), "-P")},
+      {"TetrahedronInTheDomainsCorner",
+       on_plane("T,TETRA,2\nP1,0,0,0\nP2,10,0,0\nP3,0,10,0\nHEI,6\n", "+T")},
+      {"PyramidInTheCornerOfAWarpedBase",
+       "SOLID-DEF\n" + pyramid("P", {0, 0, 10, 10}, 6) +
+           "BSURF-DEF\n3,3\n0,0,0\n20,0,2\n40,0,0\n0,20,0\n20,20,4\n40,20,2\n0,40,0\n"
+           "20,40,2\n40,40,1\nBOOLE-DEF\nB+P\nMACHI-DEF\nTOLER,.01\n"},
   };
 }
 

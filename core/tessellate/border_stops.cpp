@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/border_stops.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+// Of the size: what lies no farther apart along the border is one stop. A corner on the border
+// shows there in a node for each of its curves, as far apart as these part in the 8 ties
+// (border_inset) between the border and where the cells end: this is 55 times as much, enough for
+// curves that meet the border at a degree. Of a vertex's 1e-9 it takes a tenth.
+constexpr double kNear = 1e-10;
+
+class StopFinder {
+ public:
+  StopFinder(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner,
+             const std::array<const Seam*, 4>& seams)
+      : surface_(surface), graph_(graph), domain_(domain), inner_(inner), seams_(seams) {}
+
+  std::vector<BorderStop> find();
+
+ private:
+  [[nodiscard]] Vec2 on_border(const GraphNode& node) const;
+  [[nodiscard]] BorderStop stop_at_node(std::uint32_t g) const;
+  [[nodiscard]] BorderStop stop_at_corner(std::uint8_t k) const;
+  [[nodiscard]] bool on_seam(const BorderStop& stop) const;
+  BorderStop join(std::vector<BorderStop>& group);
+  void unlink(const std::vector<std::uint32_t>& nodes);
+
+  [[nodiscard]] double width() const { return domain_.x1 - domain_.x0; }
+  [[nodiscard]] double height() const { return domain_.y1 - domain_.y0; }
+
+  const Impl& surface_;
+  CellGraph& graph_;
+  const PlanBox& domain_;
+  const PlanBox& inner_;
+  const std::array<const Seam*, 4>& seams_;
+};
+
+// The cells end a hair inside the domain, so that what only touches the border from outside is not
+// seen.
+Vec2 StopFinder::on_border(const GraphNode& node) const {
+  Vec2 at(node.x, node.y);
+  if (node.x == inner_.x0) at.x() = domain_.x0;
+  if (node.x == inner_.x1) at.x() = domain_.x1;
+  if (node.y == inner_.y0) at.y() = domain_.y0;
+  if (node.y == inner_.y1) at.y() = domain_.y1;
+  return at;
+}
+
+BorderStop StopFinder::stop_at_node(std::uint32_t g) const {
+  const GraphNode& from = graph_.nodes[g];
+  const Vec2 at = on_border(from);
+  BorderStop stop;
+  stop.side = static_cast<std::uint8_t>(from.side);
+  switch (stop.side) {
+    case 0:
+      stop.along = at.x() - domain_.x0;
+      break;
+    case 1:
+      stop.along = width() + at.y() - domain_.y0;
+      break;
+    case 2:
+      stop.along = width() + height() + domain_.x1 - at.x();
+      break;
+    default:
+      stop.along = 2 * width() + height() + domain_.y1 - at.y();
+      break;
+  }
+  const bool ahead = stop.side < 2;  // the way goes with the coordinate
+  stop.before = ahead ? from.low : from.high;
+  stop.after = ahead ? from.high : from.low;
+  stop.graph = {g};
+  stop.node.x = at.x();
+  stop.node.y = at.y();
+  stop.node.heights = from.heights;
+  stop.node.corner = from.corner;
+  stop.node.border = true;
+  stop.node.seam = seams_[stop.side] != nullptr;
+  stop.node.solved = from.solved;
+  return stop;
+}
+
+// Corner k is where side k begins.
+BorderStop StopFinder::stop_at_corner(std::uint8_t k) const {
+  const bool right = k == 1 || k == 2, top = k >= 2;
+  const double along[4] = {0, width(), width() + height(), 2 * width() + height()};
+  const LineState state =
+      surface_.evaluate_face(right ? inner_.x1 : inner_.x0, top ? inner_.y1 : inner_.y0);
+  BorderStop stop;
+  stop.along = along[k];
+  stop.side = k;
+  stop.before = stop.after = state.label;
+  stop.node.x = right ? domain_.x1 : domain_.x0;
+  stop.node.y = top ? domain_.y1 : domain_.y0;
+  stop.node.border = stop.node.corner = true;
+  stop.node.seam = on_seam(stop);
+  if (state.label != kNoLabel) stop.node.heights.push_back({state.label, state.z});
+  return stop;
+}
+
+bool StopFinder::on_seam(const BorderStop& stop) const {
+  const bool corner = stop.graph.empty();
+  return seams_[stop.side] != nullptr || (corner && seams_[(stop.side + 3u) % 4u] != nullptr);
+}
+
+// What runs from one of the nodes to another and nowhere else is nothing.
+void StopFinder::unlink(const std::vector<std::uint32_t>& nodes) {
+  const auto is_own = [&](std::uint32_t g) { return std::ranges::find(nodes, g) != nodes.end(); };
+  for (const std::uint32_t g : nodes) {
+    for (const std::uint32_t l : graph_.nodes[g].links) {
+      GraphLink& link = graph_.links[l];
+      link.gone = link.gone || (is_own(link.from) && is_own(link.to));
+    }
+    std::erase_if(graph_.nodes[g].links, [&](std::uint32_t l) { return graph_.links[l].gone; });
+  }
+}
+
+BorderStop StopFinder::join(std::vector<BorderStop>& group) {
+  if (group.size() == 1) return std::move(group.front());
+  const auto is_corner = [](const BorderStop& stop) { return stop.graph.empty(); };
+  const auto corner = std::ranges::find_if(group, is_corner);
+  const bool has_corner = corner != group.end();
+  // The corner of the domain is what is known best; then a corner that was solved for.
+  auto best = corner;
+  if (!has_corner) {
+    best = std::ranges::find_if(group, [](const BorderStop& stop) { return stop.node.corner; });
+    if (best == group.end()) best = group.begin();
+  }
+  BorderStop joined;
+  joined.along = best->along;
+  joined.side = best->side;
+  joined.node = best->node;
+  if (has_corner) joined.node.heights.clear();  // at a tie it may name what nothing beside it does
+  joined.node.corner = true;
+  bool first = true;
+  for (const BorderStop& stop : group) {
+    if (stop.graph.empty()) continue;
+    if (first) joined.before = stop.before;
+    first = false;
+    joined.after = stop.after;
+    joined.graph.insert(joined.graph.end(), stop.graph.begin(), stop.graph.end());
+    for (const LabelHeight& h : stop.node.heights) {
+      const bool known = std::ranges::any_of(
+          joined.node.heights, [&](const LabelHeight& o) { return o.label == h.label; });
+      if (!known) joined.node.heights.push_back(h);
+    }
+  }
+  // Heights that are one height are one number.
+  const double close = 1e-9 * surface_.size;
+  for (std::size_t i = 0; i < joined.node.heights.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      LabelHeight &one = joined.node.heights[j], &other = joined.node.heights[i];
+      if (std::fabs(one.z - other.z) <= close) other.z = one.z;
+    }
+  }
+  unlink(joined.graph);
+  return joined;
+}
+
+std::vector<BorderStop> StopFinder::find() {
+  std::vector<BorderStop> single;
+  for (std::uint32_t g = 0; g < graph_.nodes.size(); ++g) {
+    if (graph_.nodes[g].border) single.push_back(stop_at_node(g));
+  }
+  for (std::uint8_t k = 0; k < 4; ++k) single.push_back(stop_at_corner(k));
+  const auto earlier = [](const BorderStop& a, const BorderStop& b) { return a.along < b.along; };
+  std::ranges::stable_sort(single, earlier);
+  // (On a cut between tiles nothing moves: the other tile does not know.)
+  const double near = kNear * surface_.size, round = 2 * (width() + height());
+  const auto is_near = [&](const BorderStop& a, const BorderStop& b) {
+    const double gap = b.along - a.along;
+    return (gap < 0 ? gap + round : gap) <= near && !on_seam(a) && !on_seam(b);
+  };
+  // From behind a gap on, so that no group is parted at the lower left corner.
+  const std::size_t n = single.size();
+  std::size_t start = 0;
+  while (start < n && is_near(single[(start + n - 1) % n], single[start])) ++start;
+  std::ranges::rotate(single, single.begin() + static_cast<std::ptrdiff_t>(start % n));
+  std::vector<BorderStop> stops, group;
+  for (BorderStop& stop : single) {
+    if (!group.empty() && !is_near(group.back(), stop)) {
+      stops.push_back(join(group));
+      group.clear();
+    }
+    group.push_back(std::move(stop));
+  }
+  stops.push_back(join(group));
+  std::ranges::stable_sort(stops, earlier);
+  return stops;
+}
+
+}  // namespace
+
+std::vector<BorderStop> border_stops(const Impl& surface, CellGraph& graph, const PlanBox& domain,
+                                     const PlanBox& inner,
+                                     const std::array<const Seam*, 4>& seams) {
+  return StopFinder(surface, graph, domain, inner, seams).find();
+}
+
+}  // namespace diesink
