@@ -106,6 +106,8 @@ class ArcCutter {
   bool crossing(std::uint32_t a, std::uint32_t b, const PlanCurve& curve, std::uint32_t h,
                 std::uint32_t triangle, std::uint32_t& made);
   std::uint32_t middle(std::uint32_t a, std::uint32_t b, const PlanCurve& curve);
+  std::uint32_t beyond_edge(std::uint32_t a, std::uint32_t b, const PlanCurve& curve,
+                            std::uint32_t triangle);
   void set_heights(PlanNode& n, const PlanCurve& curve, double curve_z, double base_z) const;
   [[nodiscard]] double height_in(std::uint32_t n, Label label, double otherwise) const {
     for (const LabelHeight& h : arrangement_.nodes[n].heights) {
@@ -340,6 +342,9 @@ bool ArcCutter::crossing(std::uint32_t a, std::uint32_t b, const PlanCurve& curv
   t = std::clamp(t, 0.0, 1.0);
   const Vec2 q = p + t * d;
   if ((q - 0.5 * (at(a) + at(b))).norm() > 0.75 * along.norm() + near_) return false;
+  // A curve may pass over an edge twice: the other crossing is none of this stretch.
+  const double way = along.dot(q - c), whole = along.squaredNorm(), beside = near_ * along.norm();
+  if (!(way >= -beside && way <= whole + beside)) return false;
   PlanNode n;
   n.x = q.x();
   n.y = q.y();
@@ -389,6 +394,76 @@ std::uint32_t ArcCutter::middle(std::uint32_t a, std::uint32_t b, const PlanCurv
   return add_node(std::move(n), locate({n.x, n.y}));
 }
 
+// Both ends of a stretch touch a triangle, and the curve in its plane runs out over an edge and
+// back in between: a node out there, or kNone where it does not. (Looked for at the quarters and at
+// the peaks of the parabolas through them; what stays unseen is as low as a conic is off a
+// parabola.)
+std::uint32_t ArcCutter::beyond_edge(std::uint32_t a, std::uint32_t b, const PlanCurve& curve,
+                                     std::uint32_t triangle) {
+  if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return kNone;
+  const PlanCurve here = on_triangle(curve, triangle);
+  const auto point_at = [&](double s, PlanNode& n) {
+    return point_on_stretch(surface_, solver_, here, left_, right_, node(a), node(b), s, n);
+  };
+  // How far a point lies out over each edge.
+  const auto out_of = [&](const Vec2& p) {
+    std::array<double, 3> out{};
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t h = 3 * triangle + k;
+      const Vec2 u = point(sheet_.from(h)), d = point(sheet_.to(h)) - u;
+      out[k] = (d.y() * (p.x() - u.x()) - d.x() * (p.y() - u.y())) / d.norm();
+    }
+    return out;
+  };
+  std::array<std::array<double, 3>, 5> out{out_of(at(a)), {}, {}, {}, out_of(at(b))};  // quarters
+  PlanNode n;
+  if (!point_at(0.5, n)) return kNone;
+  out[2] = out_of({n.x, n.y});
+  bool may_leave = false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double bulge = out[2][k] - 0.5 * (out[0][k] + out[4][k]);
+    may_leave = may_leave || (bulge > near_ && std::fmax(out[0][k], out[4][k]) + 2 * bulge > 0);
+  }
+  if (!may_leave) return kNone;
+  for (const std::size_t i : {1, 3}) {
+    if (!point_at(0.25 * static_cast<double>(i), n)) return kNone;
+    out[i] = out_of({n.x, n.y});
+  }
+  double best = 4 * near_, s_best = 0;
+  const auto consider = [&](double s) {
+    if (!point_at(s, n)) return;
+    for (const double o : out_of({n.x, n.y})) {
+      if (o <= best) continue;
+      best = o;
+      s_best = s;
+    }
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t i = 1; i <= 3; ++i) {
+      const double curved = out[i - 1][k] - 2 * out[i][k] + out[i + 1][k];
+      const double peak = curved < 0 ? 0.5 * (out[i - 1][k] - out[i + 1][k]) / curved : 0;
+      if (std::fabs(peak) <= 1) consider(0.25 * (static_cast<double>(i) + peak));
+    }
+  }
+  if (s_best == 0 || !point_at(s_best, n)) return kNone;
+  BaseHit hit;
+  if (!scan_.at(n.x, n.y, hit)) return kNone;
+  // In the plane of the triangle out there the curve is another.
+  PlanNode over;
+  if (!point_on_stretch(surface_, solver_, on_triangle(curve, hit.face), left_, right_, node(a),
+                        node(b), s_best, over) ||
+      !scan_.at(over.x, over.y, hit))
+    return kNone;
+  for (const LabelHeight& h : over.heights) {
+    if (h.label == base_ && !(std::fabs(h.z - hit.z) <= 1e-9 * surface_.size)) return kNone;
+  }
+  const ScanPlace there = place_in(hit.face, {over.x, over.y});
+  std::vector<std::uint32_t> touched;
+  triangles_at(there, touched);
+  if (std::find(touched.begin(), touched.end(), triangle) != touched.end()) return kNone;
+  return add_node(std::move(over), there);
+}
+
 void ArcCutter::emit(std::uint32_t n, PlanCurve curve, std::uint32_t triangle) {
   if (n == nodes_.back()) return;
   if (triangle != kNone) {
@@ -420,7 +495,13 @@ void ArcCutter::trace(std::uint32_t a, std::uint32_t b, const PlanCurve& curve, 
     }
   }
   if (common != kNone) {
-    emit(b, curve, common);
+    const std::uint32_t m = depth > kMostHalvings ? kNone : beyond_edge(a, b, curve, common);
+    if (m == kNone || m == a || m == b) {
+      emit(b, curve, common);
+      return;
+    }
+    trace(a, m, curve, depth + 1);
+    trace(m, b, curve, depth + 1);
     return;
   }
   for (const std::uint32_t t : ta) out_.touched[t] = 1;
@@ -506,8 +587,13 @@ void ArcCutter::follow_border(std::uint32_t a, std::uint32_t b, const PlanCurve&
   }
   // A way much longer than the stretch is the way round: the ends were only told to the least cell.
   double length = 0;
-  for (std::size_t k = 0; found && k + 1 < shortest.size(); ++k)
-    length += (point(sheet_.to(shortest[k])) - point(sheet_.from(shortest[k]))).norm();
+  Vec2 last = at(a);
+  for (std::size_t k = 0; found && k + 1 < shortest.size(); ++k) {
+    const Vec2 next = point(base_left_ ? sheet_.to(shortest[k]) : sheet_.from(shortest[k]));
+    length += (next - last).norm();
+    last = next;
+  }
+  length += (at(b) - last).norm();
   const double straight = (at(b) - at(a)).norm();
   if (found && a != b && length > 64 * (straight + 16 * least_)) found = false;
   if (!found) {

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -27,7 +29,7 @@ class SheetSplitter {
         samples_(samples),
         sheet_(sheet),
         arcs_(arcs),
-        local_vertex_(sheet.points.size(), kNone) {}
+        touched_(arcs.touched) {}
 
   Result<ScanCut> run();
 
@@ -47,7 +49,8 @@ class SheetSplitter {
   void add_untouched();
   void add_touched();
   [[nodiscard]] double area_off_sheet(const std::array<std::uint32_t, 3>& t) const;
-  Status triangulate();
+  Result<bool> triangulate();
+  [[nodiscard]] Error crosses_itself() const;
   Status mark_seen();
 
   const Impl& surface_;
@@ -59,7 +62,8 @@ class SheetSplitter {
   std::vector<std::uint32_t> local_vertex_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_arc_;
   std::vector<PlanarTriangulation::Segment> segments_;
-  std::size_t loop_segments_ = 0;
+  std::vector<std::uint32_t> half_;  // of each: the sheet's half-edge it is part of, or kNone
+  std::vector<char> touched_;
   std::unordered_set<std::uint64_t> on_loops_;  // directed, the base on their left
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> on_edge_;  // arc points, local
 };
@@ -113,12 +117,12 @@ void SheetSplitter::add_loops() {
   // Where the base is on both sides, each way is there twice.
   std::sort(segments_.begin(), segments_.end());
   segments_.erase(std::unique(segments_.begin(), segments_.end()), segments_.end());
-  loop_segments_ = segments_.size();
+  half_.assign(segments_.size(), kNone);
 }
 
 void SheetSplitter::add_untouched() {
   for (std::size_t t = 0; t < sheet_.triangles.size(); ++t) {
-    if (arcs_.touched[t]) continue;
+    if (touched_[t]) continue;
     const auto& of = sheet_.triangles[t];
     out_.sheet.triangles.push_back({local_vertex(of[0]), local_vertex(of[1]), local_vertex(of[2])});
   }
@@ -132,8 +136,8 @@ void SheetSplitter::add_touched() {
   const std::vector<Vec3>& points = out_.sheet.points;
   for (std::uint32_t h = 0; h < sheet_.twin.size(); ++h) {
     const std::uint32_t twin = sheet_.twin[h];
-    const bool here = arcs_.touched[h / 3] != 0;
-    const bool there = twin != kNone && arcs_.touched[twin / 3] != 0;
+    const bool here = touched_[h / 3] != 0;
+    const bool there = twin != kNone && touched_[twin / 3] != 0;
     if (!here || (there && twin < h)) continue;
     const std::uint32_t u = sheet_.from(h), v = sheet_.to(h);
     const Vec2 p = sheet_.points[u].head<2>(), d = sheet_.points[v].head<2>() - p;
@@ -150,7 +154,11 @@ void SheetSplitter::add_touched() {
       const bool known = on_loops.count(pair_key(a, b)) != 0 || on_loops.count(pair_key(b, a)) != 0;
       if (!known) {
         segments_.push_back({a, b});
-        if (there) segments_.push_back({b, a});
+        half_.push_back(h);
+        if (there) {
+          segments_.push_back({b, a});
+          half_.push_back(h);
+        }
       }
       a = b;
     }
@@ -173,8 +181,11 @@ double SheetSplitter::area_off_sheet(const std::array<std::uint32_t, 3>& t) cons
   return 0;
 }
 
-Status SheetSplitter::triangulate() {
-  if (segments_.empty()) return ok();
+// Sheet edges run over points of arcs that lie on them, and give way to chords too close to them to
+// be told apart. False where one of those parts the touched triangles from the rest: `touched_` has
+// what is beyond then, and all begins anew.
+Result<bool> SheetSplitter::triangulate() {
+  if (segments_.empty()) return true;
   // Only what the segments use.
   std::vector<std::uint32_t> number(out_.sheet.points.size(), kNone), used;
   std::vector<Vec2> points;
@@ -188,46 +199,87 @@ Status SheetSplitter::triangulate() {
   };
   std::vector<PlanarTriangulation::Segment> segments;
   for (const auto& s : segments_) segments.push_back({of(s[0]), of(s[1])});
-  for (int attempt = 0; attempt < 40; ++attempt) {
+  std::vector<std::uint32_t> half = half_;
+  bool proven = true;
+  constexpr int kMostAttempts = 40;
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     PlanarTriangulation triangulation;
     const std::vector<SegmentCrossing> wrong = triangulation.build(points, segments);
     if (wrong.empty()) {
       for (const auto& t : triangulation.triangles()) {
         out_.sheet.triangles.push_back({used[t[0]], used[t[1]], used[t[2]]});
-        if (attempt > 0) out_.unproven_area += area_off_sheet(out_.sheet.triangles.back());
+        if (!proven) out_.unproven_area += area_off_sheet(out_.sheet.triangles.back());
       }
-      return ok();
+      return true;
     }
-    // Edges of the sheet give way to arcs too close to them to be told apart.
-    std::vector<char> drop(segments.size(), 0);
-    bool any = false;
+    std::unordered_set<std::uint64_t> there, gone;
+    for (const auto& s : segments) there.insert(pair_key(s[0], s[1]));
+    std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> stops;  // by low and high end
+    bool wider = false;
     for (const SegmentCrossing& w : wrong) {
       for (const std::uint32_t s : {w.segment_a, w.segment_b}) {
-        if (s >= segments.size() || s < loop_segments_) continue;
-        drop[s] = 1;
-        any = true;
+        if (s >= segments.size() || half[s] == kNone) continue;
+        const auto [a, b] = segments[s];
+        if (w.point != kNoPoint) {
+          stops[pair_key(std::min(a, b), std::max(a, b))].push_back(w.point);
+          continue;
+        }
+        gone.insert(pair_key(a, b));
+        if (there.count(pair_key(b, a)) != 0) {
+          gone.insert(pair_key(b, a));
+          continue;
+        }
+        const std::uint32_t twin = sheet_.twin[half[s]];
+        if (twin == kNone) return crosses_itself();
+        touched_[twin / 3] = 1;
+        wider = true;
       }
     }
-    if (!any) break;
-    // Both directions of an edge go together.
-    std::unordered_set<std::uint64_t> gone;
-    for (std::size_t s = 0; s < segments.size(); ++s) {
-      if (drop[s]) {
-        gone.insert(pair_key(segments[s][0], segments[s][1]));
-        gone.insert(pair_key(segments[s][1], segments[s][0]));
-      }
-    }
+    if (wider) return false;
+    if (gone.empty() && stops.empty()) break;
+    proven = proven && gone.empty();
     std::vector<PlanarTriangulation::Segment> rest;
+    std::vector<std::uint32_t> rest_half;
     for (std::size_t s = 0; s < segments.size(); ++s) {
-      if (s < loop_segments_ || gone.count(pair_key(segments[s][0], segments[s][1])) == 0)
+      const auto [a, b] = segments[s];
+      if (half[s] != kNone && gone.count(pair_key(a, b)) != 0) continue;
+      const auto over =
+          half[s] == kNone ? stops.end() : stops.find(pair_key(std::min(a, b), std::max(a, b)));
+      if (over == stops.end()) {
         rest.push_back(segments[s]);
+        rest_half.push_back(half[s]);
+        continue;
+      }
+      const Vec2 d = points[b] - points[a];
+      std::vector<std::uint32_t> on = over->second;
+      std::sort(on.begin(), on.end(), [&](std::uint32_t i, std::uint32_t j) {
+        const double at_i = d.dot(points[i]), at_j = d.dot(points[j]);
+        return at_i != at_j ? at_i < at_j : i < j;
+      });
+      on.erase(std::unique(on.begin(), on.end()), on.end());
+      on.push_back(b);
+      std::uint32_t from = a;
+      for (const std::uint32_t to : on) {
+        const bool known =
+            there.count(pair_key(from, to)) != 0 || there.count(pair_key(to, from)) != 0;
+        if (!known) {
+          rest.push_back({from, to});
+          rest_half.push_back(half[s]);
+        }
+        from = to;
+      }
     }
     segments = std::move(rest);
+    half = std::move(rest_half);
   }
-  return Error{ErrorCode::kInput,
-               "the border of the scanned base crosses itself at the least distance: the scan is "
-               "finer than its coordinates can tell",
-               {surface_.program.file}};
+  return crosses_itself();
+}
+
+Error SheetSplitter::crosses_itself() const {
+  return {ErrorCode::kInput,
+          "the border of the scanned base crosses itself at the least distance: the scan is finer "
+          "than its coordinates can tell",
+          {surface_.program.file}};
 }
 
 // What lies to the left of the arcs.
@@ -270,11 +322,22 @@ Status SheetSplitter::mark_seen() {
 }
 
 Result<ScanCut> SheetSplitter::run() {
-  add_loops();
-  if (segments_.empty()) return std::move(out_);
-  add_untouched();
-  add_touched();
-  if (const Status done = triangulate(); !done) return done.error();
+  for (;;) {
+    out_ = {};
+    local_vertex_.assign(sheet_.points.size(), kNone);
+    local_arc_.clear();
+    segments_.clear();
+    half_.clear();
+    on_loops_.clear();
+    on_edge_.clear();
+    add_loops();
+    if (segments_.empty()) return std::move(out_);
+    add_untouched();
+    add_touched();
+    const Result<bool> done = triangulate();
+    if (!done) return done.error();
+    if (*done) break;
+  }
   if (const Status done = mark_seen(); !done) return done.error();
   return std::move(out_);
 }
