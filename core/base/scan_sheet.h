@@ -38,9 +38,8 @@ struct ScanSheet {
 };
 
 // The part of the scan over the box, cut off along its sides: the cuts are vertices whose
-// coordinate is the side's own to the bit. Where layers lie over one another their visible vertices
-// are joined anew, and the wall under a rim becomes a strip `lean` wide in plan; what is not a
-// piece of one triangle of the scan there counts as unproven.
+// coordinate is the side's own to the bit. Where layers lie over one another, or walls stand
+// upright, see scan_layers.h: what stands for a wall is a strip `lean` wide in plan.
 ScanSheet top_sheet(const ScannedSurface& scan, const PlanBox& box, double lean, int threads = 0);
 
 // How a scan covers a box of the plan.

@@ -87,9 +87,19 @@ class ScannedSurface {
   [[nodiscard]] Vec3 normal(std::uint32_t face, double x, double y) const;
   [[nodiscard]] bool smooth() const { return !vertex_normals_.empty(); }
 
-  // A mark for each triangle that has part of its plan in common with another: layers over one
-  // another, and what lies under an overhang. Exact; triangles that only touch have none.
-  [[nodiscard]] std::vector<char> layered(int threads = 0) const;
+  // Triangles over one another. Exact where they only touch: those have no mark.
+  struct Layers {
+    static constexpr char kOver = 1, kUnder = 2, kCrosses = 4;
+    std::vector<char> marks;  // of each triangle: what there is below it, above it, or through it
+    std::vector<std::array<Vec3, 2>> meets;  // where triangles pass through one another
+    [[nodiscard]] bool any() const {
+      return std::any_of(marks.begin(), marks.end(), [](char m) { return m != 0; });
+    }
+  };
+  [[nodiscard]] Layers layers(int threads = 0) const;
+
+  // The triangles whose boxes in plan reach into the box, ascending; upright ones left out.
+  void faces_over(const PlanBox& box, std::vector<std::uint32_t>& faces) const;
 
   // An edge, of vertex numbers, that may be border of the plan: in plan it has triangles on its
   // left alone. Other layers may cover it all the same.

@@ -174,7 +174,24 @@ void ScannedSurface::each_triangle_over(const PlanBox& box, const See& see) cons
   }
 }
 
-std::vector<char> ScannedSurface::layered(int threads) const {
+void ScannedSurface::faces_over(const PlanBox& box, std::vector<std::uint32_t>& faces) const {
+  faces.clear();
+  const int last_line = cells_.line(box.y1), last_column = cells_.column(box.x1);
+  ScannedTriangle t;
+  for (int j = cells_.line(box.y0); j <= last_line; ++j) {
+    for (int i = cells_.column(box.x0); i <= last_column; ++i) {
+      for (const std::uint32_t face : in_cell(i, j)) {
+        const PlanBox b = box_of(face);
+        if (b.x1 < box.x0 || b.x0 > box.x1 || b.y1 < box.y0 || b.y0 > box.y1) continue;
+        if (triangle(face, t)) faces.push_back(face);
+      }
+    }
+  }
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+}
+
+ScannedSurface::Layers ScannedSurface::layers(int threads) const {
   // True where some side of s has all of t on its right or on its line.
   const auto parted = [](const ScannedTriangle& s, const ScannedTriangle& t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -186,15 +203,66 @@ std::vector<char> ScannedSurface::layered(int threads) const {
     }
     return false;
   };
+  // Heights that differ by less are one.
+  const double same = 1e-10 * std::max({plan_box_.x1 - plan_box_.x0, plan_box_.y1 - plan_box_.y0,
+                                        z_high_ - z_low_});
+  struct Here {
+    ScannedTriangle t;
+    std::uint32_t face;
+    char marks;
+  };
   // Lines of cells mark triangles of their own in lists: a triangle may stand in several.
   const auto lines = static_cast<std::size_t>(cells_.ny);
-  std::vector<std::vector<std::uint32_t>> found(lines);
+  std::vector<std::vector<std::pair<std::uint32_t, char>>> found(lines);
+  std::vector<std::vector<std::array<Vec3, 2>>> meets(lines);
+  // Which of two that overlap is the upper one: the corners of what they have in common tell.
+  const auto compare = [&](Here& s, Here& t, std::vector<std::array<Vec3, 2>>* through) {
+    std::vector<Vec2> polygon, cut;
+    for (std::size_t k = 0; k < 3; ++k) polygon.emplace_back(s.t.x[k], s.t.y[k]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2 a(t.t.x[k], t.t.y[k]), d = Vec2(t.t.x[(k + 1) % 3], t.t.y[(k + 1) % 3]) - a;
+      const auto left = [&](const Vec2& p) {
+        return d.x() * (p.y() - a.y()) - d.y() * (p.x() - a.x());
+      };
+      cut.clear();
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+        const double lp = left(p), lq = left(q);
+        if (lp >= 0) cut.push_back(p);
+        if ((lp > 0 && lq < 0) || (lp < 0 && lq > 0)) cut.push_back(p + lp / (lp - lq) * (q - p));
+      }
+      polygon.swap(cut);
+    }
+    std::vector<double> above;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const Vec2& p : polygon) {
+      above.push_back(s.t.height(s.t.along_row(p.y()), p.x()) -
+                      t.t.height(t.t.along_row(p.y()), p.x()));
+      low = std::min(low, above.back());
+      high = std::max(high, above.back());
+    }
+    if (!(high >= low)) return;
+    const bool crosses = high > same && low < -same;
+    if (high > same || (high >= -same && low >= -same && s.face < t.face)) {
+      s.marks |= Layers::kOver;
+      t.marks |= Layers::kUnder;
+    } else {
+      s.marks |= Layers::kUnder;
+      t.marks |= Layers::kOver;
+    }
+    if (!crosses) return;
+    for (Here* h : {&s, &t}) h->marks |= Layers::kOver | Layers::kUnder | Layers::kCrosses;
+    if (through == nullptr) return;
+    std::vector<Vec3> ends;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const std::size_t j = (i + 1) % polygon.size();
+      if ((above[i] > 0) == (above[j] > 0)) continue;
+      const Vec2 p = polygon[i] + above[i] / (above[i] - above[j]) * (polygon[j] - polygon[i]);
+      ends.emplace_back(p.x(), p.y(), s.t.height(s.t.along_row(p.y()), p.x()));
+    }
+    if (ends.size() == 2) through->push_back({ends[0], ends[1]});
+  };
   parallel_blocks(lines, 1, threads, [&](std::size_t begin, std::size_t end, int) {
-    struct Here {
-      ScannedTriangle t;
-      std::uint32_t face;
-      bool marked;
-    };
     std::vector<Here> here;
     for (std::size_t j = begin; j < end; ++j) {
       for (int i = 0; i < cells_.nx; ++i) {
@@ -203,7 +271,7 @@ std::vector<char> ScannedSurface::layered(int threads) const {
           Here h;
           if (!triangle(f, h.t)) continue;
           h.face = f;
-          h.marked = false;
+          h.marks = 0;
           here.push_back(h);
         }
         // From left to right: those that begin beyond a triangle's end are apart from it.
@@ -213,24 +281,29 @@ std::vector<char> ScannedSurface::layered(int threads) const {
         for (std::size_t a = 0; a < here.size(); ++a) {
           const double right = here[a].t.x_high();
           for (std::size_t b = a + 1; b < here.size() && here[b].t.x_low() < right; ++b) {
-            if (here[a].marked && here[b].marked) continue;
             const ScannedTriangle &s = here[a].t, &t = here[b].t;
             if (s.y_high() <= t.y_low() || t.y_high() <= s.y_low() || parted(s, t) || parted(t, s))
               continue;
-            here[a].marked = here[b].marked = true;
+            // Once is enough: in the first cell that holds both.
+            if (cells_.column(std::max(s.x_low(), t.x_low())) != i ||
+                cells_.line(std::max(s.y_low(), t.y_low())) != static_cast<int>(j))
+              continue;
+            compare(here[a], here[b], &meets[j]);
           }
         }
         for (const Here& h : here) {
-          if (h.marked) found[j].push_back(h.face);
+          if (h.marks != 0) found[j].emplace_back(h.face, h.marks);
         }
       }
     }
   });
-  std::vector<char> marks(triangles_.size(), 0);
+  Layers layers;
+  layers.marks.assign(triangles_.size(), 0);
   for (const auto& line : found) {
-    for (const std::uint32_t f : line) marks[f] = 1;
+    for (const auto& [f, marks] : line) layers.marks[f] |= marks;
   }
-  return marks;
+  for (const auto& line : meets) layers.meets.insert(layers.meets.end(), line.begin(), line.end());
+  return layers;
 }
 
 BaseBounds ScannedSurface::bounds(const PlanBox& box) const {

@@ -286,10 +286,26 @@ inline double face_distance(const CompoundSurface& surface, Label label, const V
   return std::fabs(value) / std::max(gradient.norm(), 1e-300);
 }
 
+// Whether an upright wall of the base stands within `reach` of p: it is above and below there.
+inline bool base_wall_within(const CompoundSurface& surface, const Vec3& p, double reach) {
+  bool above = false, below = false;
+  for (int k = 0; k < 48; ++k) {
+    const double turn = std::numbers::pi * k / 24;
+    BaseHit hit;
+    if (!surface.impl().base_at(p.x() + reach * std::cos(turn), p.y() + reach * std::sin(turn),
+                                hit))
+      continue;
+    above = above || p.z() >= hit.z - reach;
+    below = below || p.z() <= hit.z + reach;
+  }
+  return above && below;
+}
+
 // The vertices of every curve on the faces that meet there, to 1e-9 of the size; curves run along
-// sides of triangles. A scanned base is met to `base_slack`. Returns the largest distance.
+// sides of triangles. A scanned base is met to `base_slack`, its upright walls to
+// `wall_reach` sideways, and what lies there to the least cell. Returns the largest distance.
 inline double check_curves(const CompoundSurface& surface, const Tessellation& made, Faults& faults,
-                         double base_slack = 0) {
+                           double base_slack = 0, double wall_reach = 0) {
   const TriangleMesh& mesh = made.mesh;
   std::multimap<std::string, Label> labels;  // a solid may stand in several rows
   for (int row = 0; row < surface.row_count(); ++row) {
@@ -312,6 +328,8 @@ inline double check_curves(const CompoundSurface& surface, const Tessellation& m
     for (auto it = first; it != last; ++it) {
       const bool base = surface.surface_of_row(row_of(it->second)) == 0;
       const double away = face_distance(surface, it->second, r);
+      if (base && wall_reach > 0 && away > 0 && base_wall_within(surface, r, wall_reach))
+        return 0.0;
       least = std::min(least, base ? std::max(away - base_slack, 0.0) : away);
     }
     return least;
@@ -340,7 +358,8 @@ inline double check_curves(const CompoundSurface& surface, const Tessellation& m
       }
       if (curve.kind == CurveKind::kJump) residual = nearer;  // one side of a wall
       worst = std::max(worst, residual);
-      if (!(residual <= limit)) off(r);
+      const bool at_wall = wall_reach > 0 && base_wall_within(surface, r, wall_reach);
+      if (!(residual <= (at_wall ? 0x1p-21 * surface.size() : limit))) off(r);
       if (k + 1 == n && !curve.closed) break;
       const std::uint64_t a = curve.vertices[k], b = curve.vertices[(k + 1) % n];
       if (a == b) {
