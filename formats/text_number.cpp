@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/text_number.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 
 namespace diesink {
 namespace {
@@ -13,7 +16,87 @@ constexpr std::array<double, 23> kPowersOfTen{1e0,  1e1,  1e2,  1e3,  1e4,  1e5,
                                               1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                               1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
+constexpr int kMostFives = 27;  // 5^27 < 2^63
+constexpr std::array<std::uint64_t, kMostFives + 1> kPowersOfFive = [] {
+  std::array<std::uint64_t, kMostFives + 1> powers{1};
+  for (std::size_t i = 1; i < powers.size(); ++i) powers[i] = 5 * powers[i - 1];
+  return powers;
+}();
+
+constexpr std::array<std::uint64_t, 9> kSmallPowersOfTen{
+    1, 10, 100, 1000, 10'000, 100'000, 1000000, 10'000'000, 100'000'000};
+
+__extension__ typedef unsigned __int128 UInt128;
+
 bool is_digit(char c) { return static_cast<unsigned char>(c - '0') < 10; }
+
+// Appends the digits at `at` to `number`, modulo 2^64, and goes behind them: eight at a time, each
+// a byte of one word.
+inline void read_digits(const char*& at, const char* last, std::uint64_t& number) {
+  if constexpr (std::endian::native == std::endian::little) {
+    while (last - at >= 8) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, at, 8);
+      word ^= 0x3030303030303030U;  // digits become 0..9
+      // The top bit of every byte that is no digit; bytes do not carry into one another.
+      const std::uint64_t others =
+          (((word & 0x7F7F7F7F7F7F7F7FU) + 0x7676767676767676U) | word) & 0x8080808080808080U;
+      const int count = others == 0 ? 8 : std::countr_zero(others) / 8;
+      if (count == 0) return;
+      // The digits to the end of the word, zeros before them; then pairs, fours and eights.
+      word <<= 64 - 8 * count;
+      word = (word * 10 + (word >> 8)) & 0x00FF00FF00FF00FFU;
+      word = (word * 100 + (word >> 16)) & 0x0000FFFF0000FFFFU;
+      word = (word * 10000 + (word >> 32)) & 0xFFFFFFFFU;
+      number = number * kSmallPowersOfTen[static_cast<std::size_t>(count)] + word;
+      at += count;
+      if (count < 8) return;
+    }
+  }
+  for (; at != last && is_digit(*at); ++at) {
+    number = number * 10 + static_cast<std::uint64_t>(*at - '0');
+  }
+}
+
+double power_of_two(int exponent) {
+  return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+}
+
+// mantissa · 10^scale, correctly rounded: the product or quotient with 5^|scale| to 62 bits or
+// more, exactly but for a last bit that says whether anything follows; its conversion to double is
+// the only rounding. Needs: mantissa > 0, |scale| <= kMostFives, which keeps far from the range's
+// ends.
+double scaled_by_ten(std::uint64_t mantissa, int scale) {
+  const auto size = static_cast<std::size_t>(std::abs(scale));
+  if (scale < 0) {
+    const int up = std::countl_zero(mantissa);
+    const int divisor_up = std::countl_zero(kPowersOfFive[size]);
+    const std::uint64_t divisor = kPowersOfFive[size] << divisor_up;
+    // Half the mantissa is less than the divisor, the whole at least half of it: 63 or 64 bits.
+    const UInt128 dividend = static_cast<UInt128>(mantissa << up) << 63;
+    const auto quotient = static_cast<std::uint64_t>(dividend / divisor);
+    const bool more = static_cast<UInt128>(quotient) * divisor != dividend;
+    return static_cast<double>(quotient | (more ? 1U : 0U)) *
+           power_of_two(divisor_up - up - 63 + scale);
+  }
+  const UInt128 product = static_cast<UInt128>(mantissa) * kPowersOfFive[size];
+  const auto high = static_cast<std::uint64_t>(product >> 64);
+  if (high == 0)
+    return static_cast<double>(static_cast<std::uint64_t>(product)) * power_of_two(scale);
+  const int up = std::countl_zero(high);
+  const UInt128 moved = product << up;
+  const bool more = static_cast<std::uint64_t>(moved) != 0;
+  return static_cast<double>(static_cast<std::uint64_t>(moved >> 64) | (more ? 1U : 0U)) *
+         power_of_two(64 - up + scale);
+}
+
+// How many digits there are from the first that is not zero on.
+std::ptrdiff_t significant_digits(const char* first, const char* last) {
+  while (first != last && (*first == '0' || *first == '.')) ++first;
+  std::ptrdiff_t count = 0;
+  for (; first != last && (is_digit(*first) || *first == '.'); ++first) count += *first != '.';
+  return count;
+}
 
 // from_chars says "out of range" for both ends; the decimal place of the first digit tells which.
 bool is_tiny(const char* first, const char* last) {
@@ -41,6 +124,8 @@ bool is_tiny(const char* first, const char* last) {
   }
   return place + exponent < 0;
 }
+
+constexpr int kLargeScale = 100'000;  // of ten, past all that a double can hold
 
 template <class Real>
 char* put_shortest(char* at, Real value) {
@@ -94,22 +179,15 @@ NumberAt read_number(const char* first, const char* last, double& value) {
   if (at != last && (*at == '-' || *at == '+')) ++at;
   const char* const unsigned_start = at;
 
-  // Short numbers, nearly all there are: a mantissa below 2^53 and a small power of ten multiply or
-  // divide to the correctly rounded value in one operation (Clinger 1990).
   std::uint64_t mantissa = 0;
-  int digits = 0, scale = 0;
-  for (; at != last && is_digit(*at); ++at, ++digits) {
-    mantissa = mantissa * 10 + static_cast<std::uint64_t>(*at - '0');
-  }
-  int all_digits = digits;
+  read_digits(at, last, mantissa);
+  std::ptrdiff_t all_digits = at - unsigned_start;
+  int scale = 0;
   if (at != last && *at == '.') {
-    ++at;
-    const char* const fraction = at;
-    for (; at != last && is_digit(*at); ++at) {
-      mantissa = mantissa * 10 + static_cast<std::uint64_t>(*at - '0');
-    }
-    scale = -static_cast<int>(at - fraction);
-    all_digits += static_cast<int>(at - fraction);
+    const char* const fraction = ++at;
+    read_digits(at, last, mantissa);
+    all_digits += at - fraction;
+    scale = -static_cast<int>(std::min<std::ptrdiff_t>(at - fraction, kLargeScale));
   }
   if (all_digits == 0) {
     const char letter = unsigned_start == last ? '\0' : *unsigned_start;
@@ -123,16 +201,24 @@ NumberAt read_number(const char* first, const char* last, double& value) {
     if (power != last && is_digit(*power)) {
       int exponent = 0;
       for (; power != last && is_digit(*power); ++power) {
-        if (exponent < 100'000) exponent = exponent * 10 + (*power - '0');
+        if (exponent < kLargeScale) exponent = exponent * 10 + (*power - '0');
       }
       scale += power_negative ? -exponent : exponent;
       at = power;
     }
   }
-  if (all_digits <= 19 && mantissa <= (std::uint64_t{1} << 53) && scale >= -22 && scale <= 22) {
-    const double whole = static_cast<double>(mantissa);
-    const double size = scale < 0 ? whole / kPowersOfTen[static_cast<std::size_t>(-scale)]
-                                  : whole * kPowersOfTen[static_cast<std::size_t>(scale)];
+  // 19 digits fit in 64 bits. With a mantissa below 2^53 and a small power of ten, nearly all
+  // numbers there are, one operation rounds correctly (Clinger 1990).
+  if (scale >= -kMostFives && scale <= kMostFives &&
+      (all_digits <= 19 || significant_digits(unsigned_start, at) <= 19)) {
+    double size = 0;
+    if (mantissa <= (std::uint64_t{1} << 53) && scale >= -22 && scale <= 22) {
+      const double whole = static_cast<double>(mantissa);
+      size = scale < 0 ? whole / kPowersOfTen[static_cast<std::size_t>(-scale)]
+                       : whole * kPowersOfTen[static_cast<std::size_t>(scale)];
+    } else if (mantissa > 0) {
+      size = scaled_by_ten(mantissa, scale);
+    }
     value = negative && size != 0 ? -size : size;
     return {at, NumberState::kOk};
   }

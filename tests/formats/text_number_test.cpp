@@ -61,6 +61,51 @@ TEST(TextNumber, ReadsAsTheCLibraryDoes) {
   }
 }
 
+// Between two doubles: (2^53 + odd) / 2^k and · 2^k, whose decimals still fit in 64 bits, and their
+// neighbours by one in the last decimal.
+TEST(TextNumber, HalfwayBetweenTwoDoublesGoesToTheEvenOne) {
+  std::mt19937_64 random(7);
+  std::uint64_t five = 1;
+  for (int k = 0; k <= 4; ++k, five *= 5) {
+    for (int i = 0; i < 2000; ++i) {
+      const std::uint64_t odd = (std::uint64_t{1} << 53) + 2 * (random() % 100'000'000'000'000) + 1;
+      if (odd > 18'446'744'073'709'551'614U / five) continue;
+      for (int by = -1; by <= 1; ++by) {
+        const std::uint64_t mantissa = odd * five + static_cast<std::uint64_t>(by);
+        for (const int scale : {-k, -k - 20, k, 17 + k, -27, 27}) {
+          const std::string text = std::to_string(mantissa) + "e" + std::to_string(scale);
+          EXPECT_EQ(number_of(text), std::strtod(text.c_str(), nullptr)) << text;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(number_of("9007199254740993"), 9007199254740992.0);
+  EXPECT_EQ(number_of("9007199254740993.0000"), 9007199254740992.0);
+  EXPECT_EQ(number_of("9007199254740995"), 9007199254740996.0);
+  EXPECT_EQ(number_of("00000000000000000000000000.1"), 0.1);
+  EXPECT_EQ(number_of("0.000000000000000000000001234567890123456789"), 1.234567890123456789e-24);
+}
+
+// Digits are read eight at a time where there are as many bytes: every length, followed by
+// anything.
+TEST(TextNumber, EndsAtTheFirstByteThatIsNoDigit) {
+  for (std::size_t digits = 1; digits <= 19; ++digits) {
+    for (int c = 0; c < 256; ++c) {
+      const auto byte = static_cast<char>(c);
+      if ((c >= '0' && c <= '9') || byte == '.' || byte == 'e' || byte == 'E') continue;
+      const std::string text = std::string("1234567890123456789").substr(0, digits) + byte;
+      for (const std::string& tail : {std::string(), std::string("12345678")}) {
+        double value = 0;
+        const std::string all = text + tail;
+        const NumberAt read = read_number(all.data(), all.data() + all.size(), value);
+        EXPECT_EQ(read.state, NumberState::kOk);
+        EXPECT_EQ(read.end - all.data(), static_cast<std::ptrdiff_t>(digits)) << c;
+        EXPECT_EQ(value, std::strtod(text.substr(0, digits).c_str(), nullptr));
+      }
+    }
+  }
+}
+
 TEST(TextNumber, SaysWhatIsNone) {
   const auto state = [](std::string_view text) {
     double value = 0;
