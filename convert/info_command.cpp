@@ -55,7 +55,7 @@ ExitStatus tell_mesh(std::span<const std::byte> bytes, const Options& options,
 }
 
 ExitStatus run(const Options& options, const CommonOptions& common) {
-  const Result<InputBytes> file = read_file(options.file, max_bytes_of(options.in));
+  const Result<InputBytes> file = read_file(options.file, max_bytes_of(options.in), common.threads);
   if (!file) return report(file.error());
   return is_part_program(file->bytes(), options.file)
              ? tell_program(file->bytes(), options.file, common)

@@ -61,7 +61,7 @@ Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string&
 Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
                            const CommonOptions& common, Diagnostics& diagnostics) {
   const MemoryLimit limit(max_memory_of(options));
-  Result<InputBytes> file = read_file(path, max_bytes_of(options));
+  Result<InputBytes> file = read_file(path, max_bytes_of(options), common.threads);
   if (!file) {
     Error error = file.error();
     if (error.code == ErrorCode::kLimit) error.message += "; --max-memory raises it";

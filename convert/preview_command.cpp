@@ -78,7 +78,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   }
   if (Status there = check_folder(options.output); !there) return report(there.error());
   Stopwatch watch;
-  const Result<InputBytes> file = read_file(options.file, max_bytes_of(options.in));
+  const Result<InputBytes> file = read_file(options.file, max_bytes_of(options.in), common.threads);
   if (!file) return report(file.error());
   const Loaded<Picture> picture = make_picture(file->bytes(), options, common);
   if (!picture.value) return picture.status;

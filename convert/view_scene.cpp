@@ -34,7 +34,7 @@ Error usage(std::string message) {
 
 ExitStatus read_into(Inputs& inputs, const std::string& name, const ViewSources& sources,
                      const CommonOptions& common) {
-  const Result<InputBytes> file = read_file(name, max_bytes_of(sources.in));
+  const Result<InputBytes> file = read_file(name, max_bytes_of(sources.in), common.threads);
   if (!file) return report(file.error());
   const auto once = [&](bool there, std::string_view what) {
     return there ? report(usage("'" + name + "' is a second " + std::string(what) +

@@ -7,10 +7,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <memory>
 #include <new>
+
+#include "core/large_array.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -39,11 +43,32 @@ Error too_large(const std::string& path, std::size_t max_bytes) {
           {path}};
 }
 
+constexpr std::size_t kLargePage = std::size_t{1} << 21;
+
+// Copying out of the system's cache takes longer than one core needs to: what is there is read in
+// blocks, until one comes out shorter than it should. How many bytes are there in a row.
+std::size_t read_blocks(int file, std::byte* to, std::size_t size, int threads) {
+  constexpr std::size_t kBlock = std::size_t{8} << 20;
+  std::atomic<std::size_t> whole{size};
+  parallel_blocks(size, kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
+    while (begin < end) {
+      const ssize_t got = ::pread(file, to + begin, end - begin, static_cast<off_t>(begin));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) break;
+      begin += static_cast<std::size_t>(got);
+    }
+    if (begin == end) return;
+    for (std::size_t least = whole; begin < least && !whole.compare_exchange_weak(least, begin);) {
+    }
+  });
+  return whole;
+}
+
 }  // namespace
 
 void InputBytes::forget(std::size_t count) {
   // Pages that belong to these bytes alone; what the system makes of the advice is its own affair.
-  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const std::size_t page = kLargePage;
   void* first = bytes_.get() + forgotten_;
   std::size_t space = std::min(count, size_) - std::min(forgotten_, std::min(count, size_));
   if (std::align(page, page, first, space) == nullptr) return;
@@ -52,7 +77,7 @@ void InputBytes::forget(std::size_t count) {
   forgotten_ = static_cast<std::size_t>(static_cast<std::byte*>(first) - bytes_.get()) + whole;
 }
 
-Result<InputBytes> read_file(const std::string& path, std::size_t max_bytes) {
+Result<InputBytes> read_file(const std::string& path, std::size_t max_bytes, int threads) {
   const Descriptor file(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.value() < 0) return cannot_read(path, std::strerror(errno));
   struct stat found {};
@@ -71,6 +96,14 @@ Result<InputBytes> read_file(const std::string& path, std::size_t max_bytes) {
       regular ? static_cast<std::size_t>(found.st_size) + 1 : std::size_t{1} << 16;
   std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[capacity]);
   std::size_t size = 0;
+  if (bytes && capacity > 4 * kLargePage && file.value() != STDIN_FILENO) {
+    prefer_large_pages(bytes.get(), capacity);
+    size = read_blocks(file.value(), bytes.get(), capacity - 1, threads);
+    // What is missing has its reason told by the next read, or has been cut off meanwhile.
+    if (::lseek(file.value(), static_cast<off_t>(size), SEEK_SET) < 0) {
+      return cannot_read(path, std::strerror(errno));
+    }
+  }
   while (bytes) {
     const ssize_t got =
         ::read(file.value(), bytes.get() + size, std::min<std::size_t>(capacity - size, 1U << 30));

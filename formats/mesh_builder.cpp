@@ -20,10 +20,10 @@ FaceVerdict FaceBuilder::add(std::span<const std::uint32_t> vertices,
     return FaceVerdict::kTooMany;
   }
   FaceVerdict verdict = FaceVerdict::kFine;
-  cut_.clear();
   if (vertices.size() == 3) {
-    cut_.push_back({0, 1, 2});
+    cut_.assign(1, {0, 1, 2});
   } else {
+    cut_.clear();
     corners_.clear();
     for (const std::uint32_t v : vertices) corners_.push_back(mesh_.positions[v]);
     if (!cut_polygon(corners_, cut_)) verdict = FaceVerdict::kCrossing;

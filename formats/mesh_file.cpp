@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/mesh_tools/topology.h"
+#include "core/parallel.h"
 
 namespace diesink {
 namespace {
@@ -22,9 +23,11 @@ Result<Answer> guarded(const std::string& path, const std::string& no_memory, Wo
 }
 
 // Every format's triangles alike: kept, but told.
-void warn_of_odd_faces(const TriangleMesh& mesh, const std::string& path,
+void warn_of_odd_faces(const TriangleMesh& mesh, const Format& format, const ReadOptions& options,
                        Diagnostics& diagnostics) {
-  const OddFaces odd = odd_faces(mesh);
+  const std::string& path = options.file_name;
+  const bool welded = format.sharing == Keeps::kNo && options.weld;
+  const OddFaces odd = odd_faces(mesh, welded, options.threads);
   const auto warn = [&](std::size_t count, std::string_view one, std::string_view many) {
     if (count == 0) return;
     diagnostics.warning(std::to_string(count) + " " + std::string(count == 1 ? one : many), {path});
@@ -43,7 +46,7 @@ Error named(Error error, const std::string& path) {
 
 Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
                                 Diagnostics& diagnostics, std::size_t max_bytes) {
-  Result<InputBytes> input = read_file(path, max_bytes);
+  Result<InputBytes> input = read_file(path, max_bytes, options.threads);
   if (!input) return input.error();
   options.done_with = [&](std::size_t count) { input->forget(count); };
   return read_mesh_bytes(input->bytes(), path, std::move(options), diagnostics);
@@ -67,9 +70,13 @@ Result<MeshFile> read_mesh_bytes(std::span<const std::byte> bytes, const std::st
       "reading it takes more memory than there is, or than the limit of " +
       std::to_string(options.max_memory >> 20) + " MiB";
   return guarded<MeshFile>(path, no_memory, [&]() -> Result<MeshFile> {
-    Result<TriangleMesh> mesh = format->read(bytes, options, diagnostics);
+    Result<TriangleMesh> mesh = [&] {
+      const ProgressSpan span(0, 0.9);
+      return format->read(bytes, options, diagnostics);
+    }();
     if (!mesh) return named(mesh.error(), path);
-    warn_of_odd_faces(*mesh, path, diagnostics);
+    const ProgressSpan span(0.9, 1);
+    warn_of_odd_faces(*mesh, *format, options, diagnostics);
     return MeshFile{std::move(*mesh), format};
   });
 }

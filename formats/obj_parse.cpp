@@ -53,7 +53,7 @@ class SectionParser {
     }
     if (*start == '#') {
       if (section_.before.vertices == 0 && section_.positions.empty() &&
-          section_.comments.size() < 64) {
+          section_.comments.size() < kMaxObjComments) {
         section_.comments.push_back(text_.rest_of_line());
       }
       text_.skip_line(true);
@@ -190,7 +190,46 @@ class SectionParser {
     return text_.error("found " + word + ", expected a vertex as v, v/vt, v//vn or v/vt/vn", at);
   }
 
+  // The face after 'f' where it is as most are, three plain numbers, blanks between, with or
+  // without
+  // `//` and a normal's, whose vertices are there already. False where it is anything else, and
+  // nothing has been done then.
+  bool parse_plain_face() {
+    const char* at = text_.at();
+    const char* const end = text_.end();
+    const auto number = [&](std::size_t most, std::uint32_t& value) {
+      const char* const first = at;
+      std::uint64_t read = 0;
+      for (; at != end && static_cast<unsigned char>(*at - '0') < 10; ++at) {
+        read = read * 10 + static_cast<std::uint64_t>(*at - '0');
+      }
+      value = static_cast<std::uint32_t>(read - 1);
+      return at - first <= 10 && read - 1 < most;  // more than none, from 1
+    };
+    const std::size_t vertices =
+        std::min<std::size_t>(section_.before.vertices + section_.positions.size(), kNone - 1);
+    const bool with_normals = !section_.face_normals.empty();
+    std::array<std::uint32_t, 3> v{}, n{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (at == end || *at != ' ') return false;
+      while (at != end && *at == ' ') ++at;
+      if (!number(vertices, v[k])) return false;
+      if (!with_normals) continue;
+      if (end - at < 3 || at[0] != '/' || at[1] != '/') return false;
+      at += 2;
+      if (!number(kNone - 1, n[k])) return false;
+    }
+    if (at != end && *at != '\n' && *at != '\r') return false;
+    section_.face_vertices.insert(section_.face_vertices.end(), v.begin(), v.end());
+    if (with_normals) section_.face_normals.insert(section_.face_normals.end(), n.begin(), n.end());
+    if (!section_.face_sizes.empty()) section_.face_sizes.push_back(3);
+    ++section_.faces;
+    text_.move_to(at);
+    return true;
+  }
+
   Status parse_face(const char* start) {
+    if (parse_plain_face()) return ok();
     const std::size_t vertices = section_.before.vertices + section_.positions.size();
     const std::size_t first = section_.face_vertices.size();
     std::size_t corners = 0;

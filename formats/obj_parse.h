@@ -14,6 +14,9 @@
 
 namespace diesink {
 
+// Of the comments in front of the first vertex so many are looked at.
+inline constexpr std::size_t kMaxObjComments = 64;
+
 // How many vertices, texture coordinates and normals there are.
 struct ObjCounts {
   std::size_t vertices = 0, textures = 0, normals = 0;

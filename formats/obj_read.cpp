@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "core/large_array.h"
 #include "formats/element_runs.h"
 #include "formats/file_marks.h"
 #include "formats/mesh_builder.h"
@@ -98,6 +99,7 @@ class ObjReader {
     std::size_t faces = 0;
     for (const ObjSection& section : sections_) faces += section.faces;
     if (Status fits = mesh_fits(vertices, faces, options_, whole_.place()); !fits) return fits;
+    reserve_large(mesh_.triangles, std::min(faces, options_.max_triangles));
     if (sections_.size() == 1) {
       mesh_.positions = std::move(sections_[0].positions);
       mesh_.normals = std::move(sections_[0].normals);
@@ -251,11 +253,16 @@ class ObjReader {
   }
 
   void read_marks() {
-    for (std::string_view comment : sections_[0].comments) {
-      while (!comment.empty() && (comment[0] == '#' || is_blank(comment[0])))
-        comment.remove_prefix(1);
-      if (comment.starts_with("diesink")) ours_ = true;
-      read_mark(comment, mesh_);
+    // The file's start may be more than one section.
+    std::size_t left = kMaxObjComments;
+    for (const ObjSection& section : sections_) {
+      for (std::string_view comment : section.comments) {
+        if (left-- == 0) return;
+        while (!comment.empty() && (comment[0] == '#' || is_blank(comment[0])))
+          comment.remove_prefix(1);
+        if (comment.starts_with("diesink")) ours_ = true;
+        read_mark(comment, mesh_);
+      }
     }
   }
 

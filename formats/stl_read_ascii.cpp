@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "formats/element_table.h"
 #include "formats/mesh_builder.h"
@@ -44,9 +45,14 @@ class SectionReader {
 
   Status read() {
     // A facet takes about 150 bytes with short numbers.
-    section_.facets.reserve(std::min(text_.left() / 150 + 1, options_.max_triangles));
+    reserve_large(section_.facets, std::min(text_.left() / 150 + 1, options_.max_triangles));
     while (text_.more()) {
       const char* const at = text_.at();
+      if (inside_ && skip("facet")) {
+        if (before_ + section_.facets.size() == options_.max_triangles) return too_many(at);
+        if (const Status facet = read_facet(); !facet) return facet;
+        continue;
+      }
       const std::string_view word = text_.word();
       if (inside_ && is_word(word, "facet")) {
         if (before_ + section_.facets.size() == options_.max_triangles) return too_many(at);
@@ -77,7 +83,18 @@ class SectionReader {
     return over;
   }
 
+  // Goes behind the word where it is spelt as usual.
+  bool skip(std::string_view word) {
+    if (!text_.more() || text_.left() <= word.size()) return false;
+    const char* const behind = text_.at() + word.size();
+    if (std::memcmp(text_.at(), word.data(), word.size()) != 0) return false;
+    if (!is_blank(*behind) && !is_line_end(*behind)) return false;
+    text_.move_to(behind);
+    return true;
+  }
+
   Status expect(std::string_view word) {
+    if (skip(word)) return ok();
     text_.more();
     const char* const at = text_.at();
     const std::string_view found = text_.word();
@@ -105,7 +122,9 @@ class SectionReader {
     if (const Status word = expect("loop"); !word) return word;
     std::array<Vec3, 3> corners;
     for (Vec3& corner : corners) {
-      if (const Status word = expect("vertex"); !word) return word;
+      if (!skip("vertex")) {
+        if (const Status word = expect("vertex"); !word) return word;
+      }
       for (int k = 0; k < 3; ++k) {
         text_.more();
         const NumberState state = text_.number(corner[k]);
@@ -169,7 +188,7 @@ class AsciiReader {
       return fits.error();
     }
     TriangleMesh mesh;
-    FacetGatherer gatherer(facets, options_.weld);
+    FacetGatherer gatherer(facets, options_.weld, options_.threads);
     triangle_element_.reserve(facets);
     for (AsciiSection& section : sections_) take(section, gatherer);
     if (solids_ == 0) return text_.error("no 'solid' in the file", text_.end());
@@ -230,8 +249,15 @@ class AsciiReader {
       if (!any_) element_ = elements_.add({std::string(name_), {}, std::nullopt});
       any_ = true;
       triangle_element_.push_back(element_);
-      gatherer.next() = section.facets[facet];
-      gatherer.took();
+    }
+    for (std::size_t first = 0; first < section.facets.size(); first += gatherer.wave()) {
+      const std::span<const std::array<Vec3, 3>> facets = std::span(section.facets).subspan(first);
+      gatherer.add(std::min(facets.size(), gatherer.wave()),
+                   [&](std::size_t begin, std::size_t end, Vec3* to) {
+                     for (std::size_t i = begin; i < end; ++i, to += 3) {
+                       std::copy_n(facets[i].begin(), 3, to);
+                     }
+                   });
     }
     not_finite_.add(section.not_finite);
     opposed_.add(section.opposed);

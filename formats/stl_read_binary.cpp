@@ -3,8 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <mutex>
+#include <span>
 #include <vector>
 
+#include "core/parallel.h"
 #include "formats/element_table.h"
 #include "formats/file_marks.h"
 #include "formats/mesh_builder.h"
@@ -37,6 +40,13 @@ class BinaryReader {
       over.code = ErrorCode::kLimit;
       return over;
     }
+    if (options_.weld && claimed > CornerWeld::kMostVertices / 3) {
+      Error over = error(std::to_string(claimed) + " facets are more than can be welded, " +
+                             std::to_string(CornerWeld::kMostVertices / 3),
+                         80);
+      over.code = ErrorCode::kLimit;
+      return over;
+    }
     // A closed mesh has half as many vertices as triangles.
     const std::size_t vertices = options_.weld ? claimed / 2 : std::size_t{3} * claimed;
     if (const Status fits = mesh_fits(vertices, claimed, options_, at(80)); !fits) {
@@ -50,36 +60,26 @@ class BinaryReader {
     }
     TriangleMesh mesh;
     read_header(mesh);
-    FacetGatherer gatherer(claimed, options_.weld);
-    constexpr std::size_t kPart = std::size_t{1} << 16;  // facets, about three megabytes
-    for (std::size_t i = 0; i < claimed; ++i) {
-      const std::size_t offset = kStlHeaderBytes + kStlFacetBytes * i;
-      if (i % kPart == 0 && options_.done_with) options_.done_with(offset);
-      std::array<float, 12> numbers{};
-      std::memcpy(numbers.data(), bytes_.data() + offset, sizeof numbers);
-      std::array<Vec3, 3>& corners = gatherer.next();
-      bool fits = true;
-      for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          const auto x = static_cast<double>(numbers[3 + 3 * c + k]);
-          corners[c][static_cast<int>(k)] = x;
-          fits &= std::abs(x) <= options_.max_coordinate;
-        }
-      }
-      if (!fits) return bad_coordinate(corners, offset);
-      const Vec3 normal(static_cast<double>(numbers[0]), static_cast<double>(numbers[1]),
-                        static_cast<double>(numbers[2]));
-      const NormalVerdict verdict = judge_normal(normal, corners);
-      if (verdict != NormalVerdict::kFine) [[unlikely]] {
-        Odd& odd = verdict == NormalVerdict::kNotFinite ? not_finite_ : opposed_;
-        if (odd.count++ == 0) odd.first = offset;
-      }
-      gatherer.took();
-      std::uint16_t attribute = 0;
-      std::memcpy(&attribute, bytes_.data() + offset + 48, 2);
-      if (attribute != 0 || !attributes_.empty()) [[unlikely]] {
+    FacetGatherer gatherer(claimed, options_.weld, options_.threads);
+    for (std::size_t first = 0; first < claimed; first += gatherer.wave()) {
+      if (options_.done_with) options_.done_with(kStlHeaderBytes + kStlFacetBytes * first);
+      const std::size_t count = std::min(claimed - first, gatherer.wave());
+      Odd attributed;
+      gatherer.add(count, [&](std::size_t low, std::size_t high, Vec3* to) {
+        const Survey found = read_facets(first + low, first + high, to);
+        const std::scoped_lock lock(surveying_);
+        bad_.add(found.bad);
+        not_finite_.add(found.not_finite);
+        opposed_.add(found.opposed);
+        attributed.add(found.attributed);
+      });
+      tell_progress(static_cast<double>(first + count) / static_cast<double>(claimed));
+      if (bad_.count > 0) return bad_coordinate(bad_.first);
+      if (attributed.count > 0 && attributes_.empty()) {
         attributes_.resize(claimed);
-        attributes_[i] = attribute;
+        for (std::size_t i = attributed.first; i < first + count; ++i) {
+          attributes_[i] = attribute_of(i);
+        }
       }
     }
     gatherer.move_into(mesh);
@@ -90,9 +90,67 @@ class BinaryReader {
   }
 
  private:
+  // Facets of a kind, and the first of them.
   struct Odd {
     std::size_t count = 0, first = 0;
+    void hit(std::size_t facet) {
+      if (count++ == 0) first = facet;
+    }
+    void add(const Odd& other) {
+      if (other.count > 0 && (count == 0 || other.first < first)) first = other.first;
+      count += other.count;
+    }
   };
+  struct Survey {
+    Odd bad, not_finite, opposed, attributed;
+  };
+
+  [[nodiscard]] static std::size_t offset_of(std::size_t facet) {
+    return kStlHeaderBytes + kStlFacetBytes * facet;
+  }
+  [[nodiscard]] std::array<float, 12> numbers_of(std::size_t facet) const {
+    std::array<float, 12> numbers{};
+    std::memcpy(numbers.data(), bytes_.data() + offset_of(facet), sizeof numbers);
+    return numbers;
+  }
+  [[nodiscard]] std::uint16_t attribute_of(std::size_t facet) const {
+    std::uint16_t attribute = 0;
+    std::memcpy(&attribute, bytes_.data() + offset_of(facet) + 48, 2);
+    return attribute;
+  }
+
+  // Several threads do this at once, for facets of their own.
+  Survey read_facets(std::size_t begin, std::size_t end, Vec3* to) {
+    Survey survey;
+    const bool with_attributes = !attributes_.empty();
+    for (std::size_t i = begin; i < end; ++i, to += 3) {
+      const std::array<float, 12> numbers = numbers_of(i);
+      const std::span<Vec3, 3> corners(to, 3);
+      bool fits = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto x = static_cast<double>(numbers[3 + 3 * c + k]);
+          corners[c][static_cast<int>(k)] = x;
+          fits &= std::abs(x) <= options_.max_coordinate;
+        }
+      }
+      if (!fits) [[unlikely]] {
+        survey.bad.hit(i);
+        for (Vec3& corner : corners) corner.setZero();  // only numbers can be welded
+        continue;
+      }
+      const Vec3 normal(static_cast<double>(numbers[0]), static_cast<double>(numbers[1]),
+                        static_cast<double>(numbers[2]));
+      const NormalVerdict verdict = judge_normal(normal, corners);
+      if (verdict != NormalVerdict::kFine) [[unlikely]] {
+        (verdict == NormalVerdict::kNotFinite ? survey.not_finite : survey.opposed).hit(i);
+      }
+      const std::uint16_t attribute = attribute_of(i);
+      if (attribute != 0) survey.attributed.hit(i);
+      if (with_attributes) attributes_[i] = attribute;
+    }
+    return survey;
+  }
 
   [[nodiscard]] Place at(std::size_t offset) const {
     return {options_.file_name, 0, 0, static_cast<std::int64_t>(offset)};
@@ -102,25 +160,25 @@ class BinaryReader {
   }
   void warn(const Odd& odd, std::string_view what) {
     if (odd.count > 0)
-      diagnostics_.warning(std::to_string(odd.count) + " " + std::string(what), at(odd.first));
+      diagnostics_.warning(std::to_string(odd.count) + " " + std::string(what),
+                           at(offset_of(odd.first)));
   }
 
-  [[nodiscard]] Error bad_coordinate(const std::array<Vec3, 3>& corners, std::size_t offset) const {
-    for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double x = corners[c][static_cast<int>(k)];
-        const std::size_t place = offset + 12 + 12 * c + 4 * k;
-        if (!std::isfinite(x)) return error("a coordinate that is no finite number", place);
-        if (std::abs(x) > options_.max_coordinate) {
-          Error over = error("coordinate " + to_text(x) + " is beyond the limit of " +
-                                 to_text(options_.max_coordinate),
-                             place);
-          over.code = ErrorCode::kLimit;
-          return over;
-        }
+  [[nodiscard]] Error bad_coordinate(std::size_t facet) const {
+    const std::array<float, 12> numbers = numbers_of(facet);
+    for (std::size_t k = 3; k < numbers.size(); ++k) {
+      const auto x = static_cast<double>(numbers[k]);
+      const std::size_t place = offset_of(facet) + 4 * k;
+      if (!std::isfinite(x)) return error("a coordinate that is no finite number", place);
+      if (std::abs(x) > options_.max_coordinate) {
+        Error over = error("coordinate " + to_text(x) + " is beyond the limit of " +
+                               to_text(options_.max_coordinate),
+                           place);
+        over.code = ErrorCode::kLimit;
+        return over;
       }
     }
-    return error("a coordinate that cannot be read", offset);
+    return error("a coordinate that cannot be read", offset_of(facet));
   }
 
   void read_header(TriangleMesh& mesh) {
@@ -193,7 +251,8 @@ class BinaryReader {
   Diagnostics& diagnostics_;
   std::optional<Color> magics_;
   std::vector<std::uint16_t> attributes_;  // of every facet; empty where all are zero
-  Odd not_finite_, opposed_;
+  std::mutex surveying_;
+  Odd bad_, not_finite_, opposed_;
 };
 
 }  // namespace

@@ -46,22 +46,22 @@ class Repair {
  private:
   // What that tells of its own progress is no part of the whole's.
   MeshTopology counted(bool as_shared) {
-    const std::function<void(double)> nobody;
-    const ProgressSpan span(nobody, 0, 1);
+    const ProgressSpan span(nobody_, 0, 1);
     return topology_of(mesh_, as_shared);
   }
 
   void remove_useless() {
-    std::vector<bool> keep = find_duplicates(mesh_.triangles, mesh_.positions.size());
+    const ProgressSpan span(nobody_, 0, 1);
+    std::vector<bool> keep(mesh_.triangles.size(), true);
+    for (const std::uint32_t i : find_duplicates(mesh_.triangles)) keep[i] = false;
     for (std::size_t i = 0; i < keep.size(); ++i) {
       const Triangle& t = mesh_.triangles[i];
-      const bool degenerate = t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-      if (degenerate) {
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
         ++report_.removed_degenerate;
-      } else if (keep[i]) {
+        keep[i] = false;
+      } else if (!keep[i]) {
         ++report_.removed_duplicates;
       }
-      keep[i] = !degenerate && !keep[i];
     }
     keep_triangles(mesh_, keep);
   }
@@ -320,6 +320,7 @@ class Repair {
     return true;
   }
 
+  const std::function<void(double)> nobody_;
   TriangleMesh& mesh_;
   const RepairOptions& options_;
   std::vector<std::uint64_t> edges_;  // before holes are filled, sorted

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <limits>
 #include <numeric>
 
@@ -100,46 +102,101 @@ std::vector<EdgeUse> edge_uses(std::span<const Triangle> triangles, std::size_t 
   return uses;
 }
 
-std::vector<bool> find_duplicates(std::span<const Triangle> triangles, std::size_t vertices) {
-  struct Key {
-    std::uint32_t middle, high, triangle;
-  };
-  std::vector<std::size_t> first(vertices + 1, 0);
-  for (const Triangle& t : triangles) ++first[std::min({t[0], t[1], t[2]}) + 1];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<Key> keys(triangles.size());
-  std::vector<std::size_t> next(first.begin(), first.end() - 1);
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    Triangle t = triangles[i];
+std::vector<std::uint32_t> find_duplicates(std::span<const Triangle> triangles, int threads) {
+  // Every triangle sets the bit its corners' hash names; a bit met twice tells triangles worth a
+  // look. That finds all duplicates, in any order of work, and few others.
+  const std::size_t bits = std::bit_ceil(std::max<std::size_t>(8 * triangles.size(), 64));
+  using Word = std::atomic<std::uint64_t>;
+  std::vector<Word> met(bits / 64), met_again(bits / 64);
+  const auto sorted = [](Triangle t) {
     std::sort(t.begin(), t.end());
-    keys[next[t[0]]++] = {t[1], t[2], static_cast<std::uint32_t>(i)};
-  }
-  std::vector<bool> again(triangles.size(), false);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    const auto begin = keys.begin() + static_cast<std::ptrdiff_t>(first[v]);
-    const auto end = keys.begin() + static_cast<std::ptrdiff_t>(first[v + 1]);
-    if (end - begin < 2) continue;
-    std::sort(begin, end, [](const Key& a, const Key& b) {
-      if (a.middle != b.middle) return a.middle < b.middle;
-      return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
-    });
-    for (auto key = begin + 1; key < end; ++key) {
-      if (key->middle == key[-1].middle && key->high == key[-1].high) again[key->triangle] = true;
+    return t;
+  };
+  const auto bit_of = [bits](const Triangle& t) {
+    // Sums and products do not ask for the corners' order.
+    std::uint64_t h = 0;
+    for (const std::uint32_t v : t) {
+      const std::uint64_t mixed = (v + std::uint64_t{1}) * 0x9E3779B97F4A7C15ULL;
+      h += (mixed ^ mixed >> 29) * 0xBF58476D1CE4E5B9ULL;
     }
+    return (h ^ h >> 32) & (bits - 1);
+  };
+  constexpr std::size_t kBlock = std::size_t{1} << 15, kBatch = 64;
+  parallel_blocks(triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
+    std::array<std::uint64_t, kBatch> at;
+    for (std::size_t first = begin; first < end; first += kBatch) {
+      const std::size_t count = std::min(end - first, kBatch);
+      for (std::size_t i = 0; i < count; ++i) {
+        at[i] = bit_of(triangles[first + i]);
+        __builtin_prefetch(&met[at[i] / 64], 1);
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint64_t bit = std::uint64_t{1} << at[i] % 64;
+        const std::uint64_t before = met[at[i] / 64].fetch_or(bit, std::memory_order_relaxed);
+        if ((before & bit) != 0) met_again[at[i] / 64].fetch_or(bit, std::memory_order_relaxed);
+      }
+    }
+  });
+  struct Suspect {
+    Triangle corners;
+    std::uint32_t triangle;
+  };
+  std::vector<std::vector<Suspect>> found((triangles.size() + kBlock - 1) / kBlock);
+  parallel_blocks(triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
+    std::array<std::uint64_t, kBatch> at;
+    for (std::size_t first = begin; first < end; first += kBatch) {
+      const std::size_t count = std::min(end - first, kBatch);
+      for (std::size_t i = 0; i < count; ++i) {
+        at[i] = bit_of(triangles[first + i]);
+        __builtin_prefetch(&met_again[at[i] / 64]);
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint64_t word = met_again[at[i] / 64].load(std::memory_order_relaxed);
+        if ((word >> at[i] % 64 & 1) == 0) continue;
+        found[begin / kBlock].push_back(
+            {sorted(triangles[first + i]), static_cast<std::uint32_t>(first + i)});
+      }
+    }
+  });
+  std::vector<Suspect> suspects;
+  for (std::vector<Suspect>& each : found) {
+    suspects.insert(suspects.end(), each.begin(), each.end());
+    each = {};
   }
+  std::sort(suspects.begin(), suspects.end(), [](const Suspect& a, const Suspect& b) {
+    return a.corners != b.corners ? a.corners < b.corners : a.triangle < b.triangle;
+  });
+  std::vector<std::uint32_t> again;
+  for (std::size_t i = 1; i < suspects.size(); ++i) {
+    if (suspects[i].corners == suspects[i - 1].corners) again.push_back(suspects[i].triangle);
+  }
+  std::sort(again.begin(), again.end());
   return again;
 }
 
-OddFaces odd_faces(const TriangleMesh& mesh) {
-  OddFaces odd;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    if (a == b || b == c || c == a) ++odd.degenerate;
+OddFaces odd_faces(const TriangleMesh& mesh, bool welded, int threads) {
+  constexpr std::size_t kBlock = std::size_t{1} << 15;
+  std::atomic<std::size_t> degenerate{0};
+  {
+    const ProgressSpan span(0, 0.3);
+    parallel_blocks(mesh.triangles.size(), kBlock, threads,
+                    [&](std::size_t begin, std::size_t end, int) {
+                      std::size_t count = 0;
+                      for (std::size_t i = begin; i < end; ++i) {
+                        const Triangle& t = mesh.triangles[i];
+                        bool same = is_degenerate(t);
+                        if (!welded && !same) {
+                          const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]],
+                                     &c = mesh.positions[t[2]];
+                          same = a == b || b == c || c == a;
+                        }
+                        count += same ? 1 : 0;
+                      }
+                      degenerate += count;
+                    });
   }
-  tell_progress(0.3);
-  const std::vector<bool> again = find_duplicates(mesh.triangles, mesh.positions.size());
-  odd.duplicates = static_cast<std::size_t>(std::count(again.begin(), again.end(), true));
-  return odd;
+  const ProgressSpan span(0.3, 1);
+  return {degenerate, find_duplicates(mesh.triangles, threads).size()};
 }
 
 MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared) {
@@ -160,10 +217,10 @@ MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared) {
   topology.degenerate =
       static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), is_degenerate));
   topology.flat -= topology.degenerate;
-  const std::vector<bool> again = find_duplicates(triangles, topology.vertices);
-  topology.duplicates = static_cast<std::size_t>(std::count(again.begin(), again.end(), true));
-
-  tell_progress(0.5);
+  {
+    const ProgressSpan span(0.05, 0.5);
+    topology.duplicates = find_duplicates(triangles).size();
+  }
   const std::vector<EdgeUse> uses = edge_uses(triangles, topology.vertices);
   tell_progress(0.75);
   DisjointSets shells(triangles.size());

@@ -45,11 +45,15 @@ struct OddFaces {
   std::size_t degenerate = 0;  // two corners at one position
   std::size_t duplicates = 0;  // the vertices of an earlier triangle, in any order
 };
-OddFaces odd_faces(const TriangleMesh& mesh);
+// `welded`: no two vertices have one position, which spares looking at them.
+OddFaces odd_faces(const TriangleMesh& mesh, bool welded = false, int threads = 0);
 
-// For the triangles of welded vertices: which have the corners of an earlier one.
-std::vector<bool> find_duplicates(std::span<const std::array<std::uint32_t, 3>> triangles,
-                                  std::size_t vertices);
+// For the triangles of welded vertices: those that have the corners of an earlier one, in their
+// order. The same for any number of threads.
+// Memory: 2 to 4 bytes a triangle, and 48 for each whose hash is another's too: one in eight of
+// those that are no duplicates.
+std::vector<std::uint32_t> find_duplicates(std::span<const std::array<std::uint32_t, 3>> triangles,
+                                           int threads = 0);
 
 // A triangle's side along an edge.
 struct EdgeUse {

@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "core/mesh_tools/corner_weld.h"
 #include "core/mesh_tools/polygon.h"
 #include "core/mesh_tools/repair.h"
 #include "core/mesh_tools/topology.h"
@@ -59,6 +60,69 @@ TEST(VertexTable, AgreesWithAnOrderedMap) {
   }
   EXPECT_EQ(table.size(), known.size());
   EXPECT_EQ(table.find(Vec3(100, 0, 0)), VertexTable::kAbsent);
+}
+
+// Whatever the number of threads, the waves and the growth of the tables.
+TEST(CornerWeld, NumbersPositionsAsTheyFirstAppear) {
+  std::mt19937_64 random(2);
+  for (const int spread : {3, 40, 100'000}) {
+    std::vector<Vec3> corners(3 * 70'000);
+    for (Vec3& corner : corners) {
+      for (int k = 0; k < 3; ++k) {
+        corner[k] = static_cast<double>(static_cast<int>(random() % spread) - 1) * -0.125;
+      }
+    }
+    std::vector<std::uint32_t> expected;
+    std::vector<Vec3> positions;
+    std::map<std::array<double, 3>, std::uint32_t> known;
+    for (const Vec3& c : corners) {
+      const std::array key{c.x() + 0.0, c.y() + 0.0, c.z() + 0.0};
+      const auto [at, is_new] = known.emplace(key, static_cast<std::uint32_t>(known.size()));
+      if (is_new) positions.emplace_back(key[0], key[1], key[2]);
+      expected.push_back(at->second);
+    }
+    for (const int threads : {1, 2, 5}) {
+      for (const std::size_t expect : {std::size_t{0}, known.size()}) {
+        CornerWeld weld(expect, threads);
+        std::vector<std::uint32_t> numbers(corners.size());
+        for (std::size_t first = 0; first < corners.size();) {
+          const std::size_t some = 3 * (1 + random() % (weld.wave() / 3));
+          const std::size_t count = std::min(corners.size() - first, some);
+          weld.add(
+              [&](std::size_t begin, std::size_t end, Vec3* to) {
+                std::copy_n(corners.begin() + static_cast<std::ptrdiff_t>(first + begin),
+                            end - begin, to);
+              },
+              std::span(numbers).subspan(first, count));
+          first += count;
+        }
+        EXPECT_EQ(weld.size(), positions.size());
+        ASSERT_TRUE(numbers == expected) << spread << " " << threads;
+        const std::vector<Vec3> found = weld.take();
+        ASSERT_TRUE(found == positions);
+        for (const Vec3& p : found) EXPECT_FALSE(std::signbit(p.x()) && p.x() == 0);
+      }
+    }
+  }
+}
+
+TEST(Topology, DuplicatesAreThoseAfterTheFirst) {
+  std::mt19937 random(3);
+  for (const std::uint32_t spread : {4U, 60U, 4000U}) {
+    std::vector<Triangle> triangles(120'000);
+    for (Triangle& t : triangles) {
+      for (std::uint32_t& v : t) v = static_cast<std::uint32_t>(random() % spread);
+    }
+    std::set<Triangle> met;
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+      Triangle key = triangles[i];
+      std::sort(key.begin(), key.end());
+      if (!met.insert(key).second) expected.push_back(i);
+    }
+    for (const int threads : {1, 2, 5}) EXPECT_EQ(find_duplicates(triangles, threads), expected);
+  }
+  EXPECT_TRUE(find_duplicates({}).empty());
 }
 
 TEST(Weld, PutsASoupTogetherAgain) {

@@ -1,5 +1,5 @@
-// Text read by several threads is the mesh, the warnings and the error that one thread makes of it.
-// SPDX-License-Identifier: Apache-2.0
+// Text and binary STL read by several threads is the mesh, the warnings and the error that one
+// thread makes of it. SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -46,9 +46,10 @@ std::string told(const Sample& sample, int threads, std::size_t parallel_bytes,
 
 std::vector<Sample> samples() {
   std::vector<Sample> all;
-  const auto add = [&](const std::string& name, const Format& format, const TriangleMesh& mesh) {
+  const auto add = [&](const std::string& name, const Format& format, const TriangleMesh& mesh,
+                       bool ascii = true) {
     WriteOptions options;
-    options.ascii = true;
+    options.ascii = ascii;
     options.lines = true;
     const Result<WrittenMesh> written = format.write(mesh, options);
     const std::vector<std::byte>& bytes = written->files[0].bytes;
@@ -57,6 +58,11 @@ std::vector<Sample> samples() {
          &format,
          {static_cast<const char*>(static_cast<const void*>(bytes.data())), bytes.size()}});
   };
+  // More facets than a wave of the weld has.
+  add("large", kStl, test::die_mesh(60, 6, 1), false);
+  TriangleMesh colored = test::die_mesh(8, 6, 1);
+  colored.elements.back().color = {200, 100, 50, 255};
+  add("colored", kStl, colored, false);
   for (const Format* format : {&kStl, &kObj, &kPly, &kOff}) {
     add("die", *format, test::die_mesh(8, 6, 1));
     for (unsigned seed = 0; seed < 6; ++seed) {
