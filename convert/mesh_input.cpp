@@ -3,7 +3,6 @@
 #include "convert/mesh_input.h"
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 #include "convert/arguments.h"
@@ -32,23 +31,21 @@ std::size_t max_bytes_of(const MeshInputOptions& options) {
 
 namespace {
 
-// Needs a MemoryLimit in force.
-Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string& path,
+// Needs a MemoryLimit in force. `read` is given the options.
+template <class Read>
+Loaded<MeshFile> parse_mesh(std::size_t bytes, const std::string& path,
                             const MeshInputOptions& options, const CommonOptions& common,
-                            Diagnostics& diagnostics,
-                            std::function<void(std::size_t)> done_with = {}) {
-  ReadOptions read;
-  read.done_with = std::move(done_with);
-  read.threads = common.threads;
-  read.max_memory = max_memory_of(options);
+                            Diagnostics& diagnostics, Read read) {
+  ReadOptions limits;
+  limits.threads = common.threads;
+  limits.max_memory = max_memory_of(options);
   if (options.max_triangles) {
-    read.max_triangles = static_cast<std::size_t>(*options.max_triangles) * 1'000'000;
+    limits.max_triangles = static_cast<std::size_t>(*options.max_triangles) * 1'000'000;
   }
   Result<MeshFile> file = [&] {
-    const Progress progress("reading " + path, common.quiet,
-                            {static_cast<double>(bytes.size()), "B"});
+    const Progress progress("reading " + path, common.quiet, {static_cast<double>(bytes), "B"});
     const ProgressSpan span(progress.told(), 0, 1);
-    return read_mesh_bytes(bytes, path, read, diagnostics);
+    return read(std::move(limits));
   }();
   const ExitStatus told = report(diagnostics);
   if (!file) return {std::nullopt, report(file.error())};
@@ -61,14 +58,22 @@ Loaded<MeshFile> parse_mesh(std::span<const std::byte> bytes, const std::string&
 Loaded<MeshFile> load_mesh(const std::string& path, const MeshInputOptions& options,
                            const CommonOptions& common, Diagnostics& diagnostics) {
   const MemoryLimit limit(max_memory_of(options));
+  if (const std::size_t size = bytes_in_pieces(path, max_bytes_of(options)); size > 0) {
+    return parse_mesh(size, path, options, common, diagnostics, [&](ReadOptions read) {
+      return read_mesh_pieces(path, std::move(read), diagnostics);
+    });
+  }
   Result<InputBytes> file = read_file(path, max_bytes_of(options), common.threads);
   if (!file) {
     Error error = file.error();
     if (error.code == ErrorCode::kLimit) error.message += "; --max-memory raises it";
     return {std::nullopt, report(error)};
   }
-  return parse_mesh(file->bytes(), path, options, common, diagnostics,
-                    [&](std::size_t count) { file->forget(count); });
+  return parse_mesh(file->bytes().size(), path, options, common, diagnostics,
+                    [&](ReadOptions read) {
+                      read.done_with = [&](std::size_t count) { file->forget(count); };
+                      return read_mesh_bytes(file->bytes(), path, std::move(read), diagnostics);
+                    });
 }
 
 Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& path,
@@ -76,7 +81,9 @@ Loaded<MeshFile> load_mesh(std::span<const std::byte> bytes, const std::string& 
                            Diagnostics& diagnostics) {
   const std::size_t most = max_memory_of(options);
   const MemoryLimit limit(most - std::min(most, bytes.size()));
-  return parse_mesh(bytes, path, options, common, diagnostics);
+  return parse_mesh(bytes.size(), path, options, common, diagnostics, [&](ReadOptions read) {
+    return read_mesh_bytes(bytes, path, std::move(read), diagnostics);
+  });
 }
 
 }  // namespace diesink

@@ -6,6 +6,8 @@
 
 #include "core/mesh_tools/topology.h"
 #include "core/parallel.h"
+#include "formats/registry.h"
+#include "formats/stl.h"
 
 namespace diesink {
 namespace {
@@ -42,10 +44,49 @@ Error named(Error error, const std::string& path) {
   return error;
 }
 
+// Reads with `read` and looks at what has come.
+template <class Read>
+Result<MeshFile> read_guarded(const Format& format, const ReadOptions& options,
+                              Diagnostics& diagnostics, Read read) {
+  const std::string no_memory =
+      "reading it takes more memory than there is, or than the limit of " +
+      std::to_string(options.max_memory >> 20) + " MiB";
+  return guarded<MeshFile>(options.file_name, no_memory, [&]() -> Result<MeshFile> {
+    Result<TriangleMesh> mesh = [&] {
+      const ProgressSpan span(0, 0.9);
+      return read();
+    }();
+    if (!mesh) return named(mesh.error(), options.file_name);
+    const ProgressSpan span(0.9, 1);
+    warn_of_odd_faces(*mesh, format, options, diagnostics);
+    return MeshFile{std::move(*mesh), &format};
+  });
+}
+
 }  // namespace
+
+std::size_t bytes_in_pieces(const std::string& path, std::size_t max_bytes) {
+  if (path == "-") return 0;
+  const std::unique_ptr<ByteSource> bytes = open_bytes(path);
+  return bytes && bytes->size() <= max_bytes && is_binary_stl(*bytes) ? bytes->size() : 0;
+}
+
+Result<MeshFile> read_mesh_pieces(const std::string& path, ReadOptions options,
+                                  Diagnostics& diagnostics) {
+  options.file_name = path;
+  const std::unique_ptr<ByteSource> bytes = open_bytes(path);
+  if (!bytes || bytes->size() < kStlHeaderBytes) {
+    return Error{ErrorCode::kInput, "cannot read: the file has changed meanwhile", {path}};
+  }
+  return read_guarded(kStl, options, diagnostics,
+                      [&] { return read_binary_stl(*bytes, options, diagnostics); });
+}
 
 Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
                                 Diagnostics& diagnostics, std::size_t max_bytes) {
+  if (bytes_in_pieces(path, max_bytes) > 0) {
+    return read_mesh_pieces(path, std::move(options), diagnostics);
+  }
   Result<InputBytes> input = read_file(path, max_bytes, options.threads);
   if (!input) return input.error();
   options.done_with = [&](std::size_t count) { input->forget(count); };
@@ -66,19 +107,8 @@ Result<MeshFile> read_mesh_bytes(std::span<const std::byte> bytes, const std::st
                  "not a mesh of a known format, expected one of " + endings_of_formats(false),
                  {path}};
   }
-  const std::string no_memory =
-      "reading it takes more memory than there is, or than the limit of " +
-      std::to_string(options.max_memory >> 20) + " MiB";
-  return guarded<MeshFile>(path, no_memory, [&]() -> Result<MeshFile> {
-    Result<TriangleMesh> mesh = [&] {
-      const ProgressSpan span(0, 0.9);
-      return format->read(bytes, options, diagnostics);
-    }();
-    if (!mesh) return named(mesh.error(), path);
-    const ProgressSpan span(0.9, 1);
-    warn_of_odd_faces(*mesh, *format, options, diagnostics);
-    return MeshFile{std::move(*mesh), format};
-  });
+  return read_guarded(*format, options, diagnostics,
+                      [&] { return format->read(bytes, options, diagnostics); });
 }
 
 Result<WrittenMesh> write_mesh_file(const std::string& path, const TriangleMesh& mesh,

@@ -22,6 +22,12 @@ struct MeshFile {
 Result<MeshFile> read_mesh_file(const std::string& path, ReadOptions options,
                                 Diagnostics& diagnostics, std::size_t max_bytes = kMaxFileBytes);
 
+// The size of a file that read_mesh_pieces() reads without holding it in memory, a binary STL of
+// max_bytes at most; 0 of any other, and of what is no regular file.
+std::size_t bytes_in_pieces(const std::string& path, std::size_t max_bytes);
+Result<MeshFile> read_mesh_pieces(const std::string& path, ReadOptions options,
+                                  Diagnostics& diagnostics);
+
 // The same for the content of `path`, read before.
 Result<MeshFile> read_mesh_bytes(std::span<const std::byte> bytes, const std::string& path,
                                  ReadOptions options, Diagnostics& diagnostics);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "formats/byte_source.h"
 #include "formats/format.h"
 
 namespace diesink {
@@ -17,8 +18,11 @@ bool looks_like_stl(std::span<const std::byte> bytes);
 Result<TriangleMesh> read_stl(std::span<const std::byte> bytes, const ReadOptions& options,
                               Diagnostics& diagnostics);
 
+// Whether it is a binary file to the byte: 84 + 50·n of them.
+bool is_binary_stl(const ByteSource& bytes);
+
 // The two kinds. Needs: kStlHeaderBytes at least of a binary file.
-Result<TriangleMesh> read_binary_stl(std::span<const std::byte> bytes, const ReadOptions& options,
+Result<TriangleMesh> read_binary_stl(const ByteSource& bytes, const ReadOptions& options,
                                      Diagnostics& diagnostics);
 Result<TriangleMesh> read_ascii_stl(std::string_view text, const ReadOptions& options,
                                     Diagnostics& diagnostics);

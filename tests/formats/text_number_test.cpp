@@ -131,6 +131,17 @@ TEST(TextNumber, SaysWhatIsNone) {
   EXPECT_EQ(integer_of(""), std::nullopt);
 }
 
+TEST(TextNumber, IntegersAreWrittenAsTheLibraryDoes) {
+  std::mt19937_64 random(8);
+  const auto check = [](std::uint64_t value) { ASSERT_EQ(to_text(value), std::to_string(value)); };
+  for (std::uint64_t value = 0; value < 120'000; ++value) check(value);
+  for (std::uint64_t ten = 1; ten < 10'000'000'000'000'000'000U; ten *= 10) {
+    for (std::uint64_t value : {ten - 1, ten, ten + 1, 2 * ten - 1, 9 * (ten / 10)}) check(value);
+  }
+  for (int i = 0; i < 300'000; ++i) check(random() >> random() % 64);
+  check(~std::uint64_t{0});
+}
+
 TEST(TextNumber, FixedHasNoExponentAndNoNegativeZero) {
   const auto fixed = [](double value, int decimals) {
     char text[kMaxNumberText];
