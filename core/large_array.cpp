@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "core/parallel.h"
+
 #ifdef __linux__
 #include <sys/mman.h>
 #endif
@@ -26,6 +28,23 @@ void prefer_large_pages(void* memory, std::size_t bytes) {
 #else
   static_cast<void>(memory);
   static_cast<void>(bytes);
+#endif
+}
+
+void clear_large_pages(void* memory, std::size_t bytes, int threads) {
+#if defined(__linux__) && defined(MADV_POPULATE_WRITE)
+  void* from = memory;
+  std::size_t left = bytes;
+  if (std::align(kPage, kPage, from, left) == nullptr) return;
+  parallel_blocks(left / kPage, 4, threads, [&](std::size_t begin, std::size_t end, int) {
+    // Older systems do not know it, which changes nothing but the time.
+    static_cast<void>(madvise(static_cast<std::byte*>(from) + begin * kPage, (end - begin) * kPage,
+                              MADV_POPULATE_WRITE));
+  });
+#else
+  static_cast<void>(memory);
+  static_cast<void>(bytes);
+  static_cast<void>(threads);
 #endif
 }
 

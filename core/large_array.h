@@ -19,6 +19,10 @@ std::unique_ptr<void, LargeMemoryDeleter> large_memory(std::size_t bytes);
 // Asks for large pages for memory that was got but not written yet.
 void prefer_large_pages(void* memory, std::size_t bytes);
 
+// Has the system clear the pages of such memory now, by all threads, where they would else be
+// cleared one by one as they are written first. For memory that will be written whole.
+void clear_large_pages(void* memory, std::size_t bytes, int threads);
+
 // Room in an empty vector, in large pages.
 template <class T>
 void reserve_large(std::vector<T>& vector, std::size_t count) {

@@ -28,7 +28,12 @@ std::uint64_t hash_of(const Vec3& p) {
 }
 
 // Of finite numbers without -0.
-bool same(const Vec3& a, const Vec3& b) { return std::memcmp(a.data(), b.data(), sizeof a) == 0; }
+bool same(const Vec3& a, const Vec3& b) {
+  std::array<std::uint64_t, 3> x, y;
+  std::memcpy(x.data(), a.data(), sizeof x);
+  std::memcpy(y.data(), b.data(), sizeof y);
+  return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2])) == 0;
+}
 
 }  // namespace
 
@@ -37,9 +42,11 @@ CornerWeld::CornerWeld(std::size_t expected, int threads) : threads_(thread_coun
   // has them wait for one another.
   parts_ = threads_ == 1 ? 1 : kMostParts;
   wave_ = kBlock * (threads_ == 1 ? 1 : 64);
-  for (Part& part : std::span(part_).first(parts_)) {
-    make_table(part, std::bit_ceil(std::max<std::size_t>(2 * expected / parts_, 64)));
-  }
+  const std::size_t slots = std::bit_ceil(std::max<std::size_t>(2 * expected / parts_, 64));
+  const std::function<void(double)> nobody;
+  const ProgressSpan span(nobody, 0, 1);
+  parallel_blocks(parts_, 1, slots < 4096 ? 1 : threads_,
+                  [&](std::size_t p, std::size_t, int) { make_table(part_[p], slots); });
   reserve_large(positions_, expected);
 }
 
