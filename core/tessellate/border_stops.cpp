@@ -150,14 +150,7 @@ BorderStop StopFinder::join(std::vector<BorderStop>& group) {
       if (!known) joined.node.heights.push_back(h);
     }
   }
-  // Heights that are one height are one number.
-  const double close = 1e-9 * surface_.size;
-  for (std::size_t i = 0; i < joined.node.heights.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      LabelHeight &one = joined.node.heights[j], &other = joined.node.heights[i];
-      if (std::fabs(one.z - other.z) <= close) other.z = one.z;
-    }
-  }
+  join_heights(joined.node.heights, 1e-9 * surface_.size);
   unlink(joined.graph);
   return joined;
 }

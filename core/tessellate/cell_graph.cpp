@@ -250,6 +250,8 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
   std::vector<std::size_t> mate(n, n);
   if (by_curve) {
     for (std::size_t i = 0; i < n; ++i) {
+      // Two that were found by halving alone need not be of one curve.
+      if (graph_.nodes[items[i].node].curve.type == CurveType::kUnsolved) return false;
       for (std::size_t j = 0; j < n; ++j) {
         if (i == j || !matches(items[i], items[j])) continue;
         if (!graph_.nodes[items[i].node].curve.same_as(graph_.nodes[items[j].node].curve)) continue;
@@ -343,13 +345,7 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
     for (const LabelHeight& h : node.heights) seen = seen || h.label == label;
     if (!seen) node.heights.push_back({label, z});
   }
-  // Heights that are one height are one number.
-  for (std::size_t i = 0; i < node.heights.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (std::fabs(node.heights[i].z - node.heights[j].z) <= close)
-        node.heights[i].z = node.heights[j].z;
-    }
-  }
+  join_heights(node.heights, close);
   const auto id = static_cast<std::uint32_t>(graph_.nodes.size());
   graph_.nodes.push_back(std::move(node));
   for (const Item& item : items) {
@@ -423,9 +419,11 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     }
     return true;
   };
-  // A line that leaves the cell and comes back has stretches that do not end in the corner.
+  // A line that leaves the cell and comes back has stretches that do not end in the corner; of one
+  // without an equation nothing says that it runs through a point.
   if (c.kind != CellKind::kLeast) {
     for (const Item& one : items) {
+      if (graph_.nodes[one.node].curve.type == CurveType::kUnsolved) return false;
       const auto same = std::count_if(items.begin(), items.end(), [&](const Item& other) {
         return graph_.nodes[one.node].curve.same_as(graph_.nodes[other.node].curve);
       });

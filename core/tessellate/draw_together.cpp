@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace diesink {
 namespace {
@@ -52,6 +53,7 @@ class Tidier {
     }
     join_double_roots();
     join_close();
+    join_coincident_corners();
   }
 
  private:
@@ -80,6 +82,10 @@ class Tidier {
   void join_close();
   void join_doubled_corners();
   void join_double_roots();
+  void join_coincident_corners();
+  [[nodiscard]] std::size_t gap_for(std::uint32_t corner, std::uint32_t other) const;
+  bool join_at_gap(std::uint32_t kept, std::uint32_t dropped);
+  void take_heights(GraphNode& into, const GraphNode& from) const;
   [[nodiscard]] bool has_curves_of(std::uint32_t corner, std::uint32_t other) const;
   [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l) const;
   [[nodiscard]] bool stays_beside(std::uint32_t n, const Path& path) const;
@@ -130,13 +136,19 @@ bool Tidier::contract(std::uint32_t l) {
   std::erase_if(round, [&](std::uint32_t k) { return graph_.links[k].gone; });
   into.links = std::move(round);
   into.corner = into.corner || from.corner;
+  take_heights(into, from);
+  from = GraphNode{};
+  return true;
+}
+
+// What one node knows of heights and the other does not.
+void Tidier::take_heights(GraphNode& into, const GraphNode& from) const {
   for (const LabelHeight& h : from.heights) {
     const bool known = std::any_of(into.heights.begin(), into.heights.end(),
                                    [&](const LabelHeight& o) { return o.label == h.label; });
     if (!known) into.heights.push_back(h);
   }
-  from = GraphNode{};
-  return true;
+  join_heights(into.heights, near_);
 }
 
 // Nodes that coordinates hardly tell apart, where cell borders pass beside corners.
@@ -194,6 +206,71 @@ void Tidier::join_double_roots() {
         if (!graph_.links[l].gone && contract(l)) any = true;
       }
       if (any) k = static_cast<std::size_t>(-1);  // its links are others now: from the first again
+    }
+  }
+}
+
+// The gap between links of a corner, by the one before it, in which all links of another corner at
+// the same place go out; the corner's number of links where there is none.
+std::size_t Tidier::gap_for(std::uint32_t corner, std::uint32_t other) const {
+  const auto direction = [&](std::uint32_t n, std::uint32_t l) {
+    const Vec2 d = at(other_end(l, n)) - at(n);
+    return std::atan2(d.y(), d.x());
+  };
+  const auto turn = [](double from, double to) {  // anticlockwise, 0 to 2 pi
+    const double angle = to - from;
+    return angle < 0 ? angle + 2 * std::numbers::pi : angle;
+  };
+  const std::vector<std::uint32_t>& links = graph_.nodes[corner].links;
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const double from = direction(corner, links[k]);
+    const double gap = turn(from, direction(corner, links[(k + 1) % links.size()]));
+    const bool all = std::ranges::all_of(graph_.nodes[other].links, [&](std::uint32_t l) {
+      const double angle = turn(from, direction(other, l));
+      return angle > 0 && (angle < gap || links.size() == 1);
+    });
+    if (all) return k;
+  }
+  return links.size();
+}
+
+// Puts the links of one corner into a gap of the other, where both show the same label there.
+bool Tidier::join_at_gap(std::uint32_t kept, std::uint32_t dropped) {
+  GraphNode &into = graph_.nodes[kept], &from = graph_.nodes[dropped];
+  const std::size_t gap = gap_for(kept, dropped), gap_there = gap_for(dropped, kept);
+  if (gap == into.links.size() || gap_there == from.links.size() ||
+      left_of(into.links[gap], kept) != left_of(from.links[gap_there], dropped)) {
+    return false;
+  }
+  for (const std::uint32_t l : from.links) {
+    GraphLink& moved = graph_.links[l];
+    if (moved.from == dropped) moved.from = kept;
+    if (moved.to == dropped) moved.to = kept;
+  }
+  std::rotate(from.links.begin(), from.links.begin() + static_cast<std::ptrdiff_t>(gap_there + 1),
+              from.links.end());
+  into.links.insert(into.links.begin() + static_cast<std::ptrdiff_t>(gap + 1), from.links.begin(),
+                    from.links.end());
+  take_heights(into, from);
+  from = GraphNode{};
+  return true;
+}
+
+// Curves that touch in a corner may be seen there from either side of a cell's border, with nothing
+// between the two corners but what both have around them.
+void Tidier::join_coincident_corners() {
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
+    if (is_corner(n) && !graph_.nodes[n].border) corners.push_back(n);
+  }
+  std::ranges::sort(corners, [&](std::uint32_t a, std::uint32_t b) {
+    return graph_.nodes[a].x != graph_.nodes[b].x ? graph_.nodes[a].x < graph_.nodes[b].x : a < b;
+  });
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t j = i + 1; j < corners.size() && is_corner(corners[i]); ++j) {
+      if (graph_.nodes[corners[j]].links.empty()) continue;
+      if (graph_.nodes[corners[j]].x - graph_.nodes[corners[i]].x > near_) break;
+      if ((at(corners[j]) - at(corners[i])).norm() <= near_) join_at_gap(corners[i], corners[j]);
     }
   }
 }
@@ -444,11 +521,7 @@ void Tidier::settle(std::uint32_t corner) {
       if (!seen || !move_along(corner, p)) continue;
       GraphNode& node = graph_.nodes[corner];
       if (node.links.empty()) return;  // gone into a surer one
-      for (std::size_t k = 0; k < heights.size(); ++k) {
-        for (std::size_t m = 0; m < k; ++m) {
-          if (std::fabs(heights[k].z - heights[m].z) <= near_) heights[k].z = heights[m].z;
-        }
-      }
+      join_heights(heights, near_);
       node.x = p.x();
       node.y = p.y();
       node.heights = std::move(heights);

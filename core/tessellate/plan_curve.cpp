@@ -228,6 +228,14 @@ bool CurveSolver::borders(const BodyLine& body, const PlanCurve& shadow, const V
   return true;
 }
 
+void join_heights(std::vector<LabelHeight>& heights, double close) {
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (std::fabs(heights[i].z - heights[j].z) <= close) heights[i].z = heights[j].z;
+    }
+  }
+}
+
 CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b,
                                                 double zb) const {
   Change change;

@@ -57,6 +57,9 @@ struct LabelHeight {
   double z = 0;
 };
 
+// Makes heights within `close` of one another one number: a point where faces meet is one vertex.
+void join_heights(std::vector<LabelHeight>& heights, double close);
+
 // Solves for points on the curves of one surface. Cheap to copy; any number of threads.
 class CurveSolver {
  public:

@@ -190,6 +190,23 @@ inline std::vector<NamedCase> named_cases() {
       {"NoBaseBoxOfTheWholeDomain",
        "SOLID-DEF\n" + box("A", "0,0,0", "40,40,5") + sphere("S", "20,20,5", "6") +
            "BOOLE-DEF\nA-S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n"},
+      {"ParaboloidsApexOnARidge",
+       on_plane("A,PARAB,1\nP1,10,15,5\nP2,10,15,-5\nRAD,5\nC,3-PRIS,1\nP1,5,10,0\nP2,5,20,0\n"
+                "P3,5,15,5\nP4,15,10,0\nP5,15,20,0\nP6,15,15,5\n",
+                "+A+C")},
+      {"EqualSpheresMeetingOnTheBorder",
+       on_plane(sphere("A", "20,40,0", "5") + sphere("C", "15,35,0", "5"), "-A+C")},
+      {"RimTouchingTheBorderOverASlope",
+       "SOLID-DEF\n" + cone("A", "35,10,5", "35,10,15", "10") + sphere("C", "40,5,-5", "5") +
+           "BSURF-DEF\nPLANE\nP1,20,20,0\nNOR,1,0,4\nBOOLE-DEF\nB+A-C\nMACHI-DEF\n"
+           "X-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
+       0.02},
+      {"PaneThatEndsInACornerOfAPocket",
+       "SOLID-DEF\n" + cylinder("A", "15,35,-5", "25,35,-5", "10") +
+           "C,PARAB,1\nP1,30,30,0\nP2,30,30,-10\nRAD,10\n"
+           "BSURF-DEF\n3,3\n0,0,0\n20,0,5\n40,0,0\n0,20,0\n20,20,0\n40,20,5\n0,40,0\n20,40,5\n"
+           "40,40,5\nBOOLE-DEF\nB-A+C\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
+       0.02},
       // Edges along the border at the base's height, ridges that end in a corner of the domain.
       {"PyramidInTheDomainsCorner", on_plane(pyramid("P", {0, 0, 10, 10}, 6), "+P")},
       {"PyramidInTheOppositeCorner", on_plane(pyramid("P", {30, 30, 40, 40}, 6), "+P")},
