@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/machining/interference.h"
-#include "core/machining/steep_regions.h"
+#include "core/machining/run_order.h"
 
 namespace diesink {
 namespace {
@@ -42,26 +42,17 @@ std::vector<Vec3> safe_run(const std::vector<Vec3>& tips, SegmentProfile& profil
 }  // namespace
 
 double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
-                       PathJoiner& joiner, PathReport& report) {
+                       const PathStream& stream, PathJoiner& joiner, PathReport& report) {
   double worst = 0;
   for (std::size_t stride = kFirstStride; stride > 0; stride /= 2) {
-    SteepRegions regions(1.01 * static_cast<double>(stride) * left.spacing());
+    std::vector<AddedRun> runs;
     for (const std::vector<Vec3>& tips : left.open_runs(stride)) {
       AddedRun run{tips.front().y(), safe_run(tips, profile, options, worst)};
       for (Vec3& tip : run.tips) tip.z() += options.lift;
-      if (run.tips.front().x() > run.tips.back().x())
-        std::reverse(run.tips.begin(), run.tips.end());
-      regions.add(std::move(run));
+      runs.push_back(std::move(run));
     }
-    for (std::vector<AddedRun>& region : regions.all()) {
-      report.closing_runs += region.size();
-      bool forward = true;
-      for (AddedRun& run : region) {
-        if (!forward) std::reverse(run.tips.begin(), run.tips.end());
-        joiner.cut(run.tips, options.oneway);
-        if (!options.oneway) forward = !forward;
-      }
-    }
+    report.closing_runs += runs.size();
+    cut_nearest_first(std::move(runs), options.oneway, stream, joiner);
   }
   const LeftOver::Rest rest = left.rest();
   report.left_area = rest.area;

@@ -24,6 +24,6 @@ struct ClosingOptions {
 // Needs: `left` has every move so far and is given those of `joiner` as they come. Bound: returns
 // the most by which a move lies under the lowest safe height of the offset's cutter.
 double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
-                       PathJoiner& joiner, PathReport& report);
+                       const PathStream& stream, PathJoiner& joiner, PathReport& report);
 
 }  // namespace diesink

@@ -3,11 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "core/machining/interference.h"
 
 namespace diesink {
 namespace {
 
 constexpr std::size_t kPointsATime = 4096;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Rapid moves cost so much less than moves at feed, when ways are compared.
+constexpr double kRapidsAFeed = 5;
 
 std::size_t cell_of(double at, double from, double inv, int cells) {
   return static_cast<std::size_t>(std::clamp((at - from) * inv, 0.0, cells - 1.0));
@@ -89,6 +95,30 @@ Status PathStream::finish() {
   return status_;
 }
 
+double PathJoiner::along_surface(const Vec3& from, const Vec3& to) {
+  link_.clear();
+  const double across = (to - from).head<2>().norm();
+  if (profile_ == nullptr || !(across > 0)) return kInfinity;
+  // Not over holes: nothing is known of what is in them.
+  double covered = 0;
+  for (const ProfileSegment& s : profile_->take(from.head<2>(), to.head<2>(), kNoContact)) {
+    covered += s.x1 - s.x0;
+  }
+  if (covered < across * (1 - 1e-6)) return kInfinity;
+  const Vec3 lift(0, 0, lift_);
+  if (safe_move(from - lift, to - lift, *profile_, tolerance_, link_) > tolerance_) {
+    return kInfinity;
+  }
+  double length = 0;
+  Vec3 last = from;
+  for (Vec3& p : link_) {
+    p += lift;
+    length += (p - last).norm();
+    last = p;
+  }
+  return length;
+}
+
 void PathJoiner::cut(std::span<const Vec3> run, bool by_clearance) {
   const Vec3& to = run.front();
   bool linked = false;
@@ -97,16 +127,25 @@ void PathJoiner::cut(std::span<const Vec3> run, bool by_clearance) {
     const double across = (to - from).head<2>().norm();
     // Over the material all is at feed; over the clearance plane the way down is.
     const bool near = across <= link_limit_;
-    const double saved = clearance_ - to.z() - across;
-    if (near || saved > 0) {
-      const double over = tops_->over(from.head<2>(), to.head<2>()) + lift_;
-      const double height = std::fmax(over, std::fmax(from.z(), to.z()));
-      const bool shorter = (height - from.z()) + (height - to.z()) < saved;
-      if ((near || shorter) && height < clearance_) {
-        out_->add({from.x(), from.y(), height}, Motion::kFeed);
-        out_->add({to.x(), to.y(), height}, Motion::kFeed);
-        linked = true;
-      }
+    const double by_plane = clearance_ - to.z() + (clearance_ - from.z() + across) / kRapidsAFeed;
+    double straight = kInfinity, height = 0;
+    if (near || across < by_plane) {
+      height =
+          std::fmax(tops_->over(from.head<2>(), to.head<2>()) + lift_, std::fmax(from.z(), to.z()));
+      if (height < clearance_) straight = (height - from.z()) + (height - to.z()) + across;
+    }
+    const double most = near ? kInfinity : by_plane;
+    const double surface =
+        across + std::fabs(to.z() - from.z()) < std::fmin(straight, most) && across < most
+            ? along_surface(from, to)
+            : kInfinity;
+    if (surface < std::fmin(straight, most)) {
+      for (const Vec3& p : link_) out_->add(p, Motion::kFeed);
+      linked = true;
+    } else if (straight < most) {
+      out_->add({from.x(), from.y(), height}, Motion::kFeed);
+      out_->add({to.x(), to.y(), height}, Motion::kFeed);
+      linked = true;
     }
   }
   if (!linked) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/machining/offset_surface.h"
+#include "core/machining/segment_profile.h"
 #include "core/machining/tool_path_plan.h"
 
 namespace diesink {
@@ -69,15 +70,29 @@ class PathJoiner {
   PathJoiner(const TopGrid& tops, double lift, double clearance, double link_limit, PathStream& out)
       : tops_(&tops), out_(&out), lift_(lift), clearance_(clearance), link_limit_(link_limit) {}
 
+  // From now on links may lead along the surface, where that is quicker than over it: they dip at
+  // most `tolerance` under the lowest safe height of the offset's cutter. Needs: `profile` outlives
+  // it.
+  void follow(SegmentProfile& profile, double tolerance) {
+    profile_ = &profile;
+    tolerance_ = tolerance;
+  }
+
   // Cuts a run. With `by_clearance` the way to it leads over the clearance plane in any case.
   void cut(std::span<const Vec3> run, bool by_clearance);
   // Retracts.
   void finish();
 
  private:
+  // Length of the link along the surface to a run, its points in link_; infinity where there is
+  // none.
+  double along_surface(const Vec3& from, const Vec3& to);
+
   const TopGrid* tops_;
   PathStream* out_;
-  double lift_, clearance_, link_limit_;
+  double lift_, clearance_, link_limit_, tolerance_ = 0;
+  SegmentProfile* profile_ = nullptr;
+  std::vector<Vec3> link_;
 };
 
 }  // namespace diesink

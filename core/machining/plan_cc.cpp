@@ -11,6 +11,7 @@
 #include "core/machining/interference.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/path_links.h"
+#include "core/machining/run_order.h"
 #include "core/machining/tool_path_plan.h"
 #include "core/machining/wall_runs.h"
 #include "core/number.h"
@@ -165,6 +166,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
   PathStream stream(offset, head, receiver, report);
   PathJoiner joiner(tops, grow, clearance, 2 * level + R, stream);
   SegmentProfile profile(offset, drop, tolerance / 16);
+  if (!options.interval && !options.keep_interference) joiner.follow(profile, tolerance);
   // What stays beside concave edges and on the far sides of contacts is seen where it is left.
   std::optional<LeftOver> left;
   std::optional<FrameDomain> frame;
@@ -254,15 +256,18 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
     walls.chord = tolerance / 16;
     walls.least_depth = options.outtol;
     walls.domain = frame->corners();
+    std::vector<AddedRun> along_walls;
     for (std::vector<Vec3>& run : wall_runs(mesh, offset, drop, walls)) {
       ++report.wall_runs;
       for (Vec3& tip : run) tip.z() += grow;
-      joiner.cut(run, options.pattern == PathPattern::kOneway);
+      along_walls.push_back({run.front().y(), std::move(run)});
     }
+    cut_nearest_first(std::move(along_walls), options.pattern == PathPattern::kOneway, stream,
+                      joiner);
     worst = std::fmax(worst, close_left_over(*left, profile,
                                              {tolerance, options.outtol / 4, grow,
                                               options.pattern == PathPattern::kOneway},
-                                             joiner, report));
+                                             stream, joiner, report));
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();

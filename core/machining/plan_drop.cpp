@@ -14,6 +14,7 @@
 #include "core/machining/path_fit.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/path_links.h"
+#include "core/machining/run_order.h"
 #include "core/machining/segment_profile.h"
 #include "core/machining/steep_regions.h"
 #include "core/machining/strip_refine.h"
@@ -139,11 +140,11 @@ class DropPlanner {
         const double reached =
             ys_[down ? b * kPassesABlock
                      : std::min(b * kPassesABlock + kPassesABlock, ys_.size()) - 1];
-        cut_regions(regions.finished(reached, down), joiner, report);
+        cut_regions(regions.finished(reached, down), stream, joiner, report);
         block = {};
       }
     }
-    cut_regions(regions.all(), joiner, report);
+    cut_regions(regions.all(), stream, joiner, report);
     return ok();
   }
 
@@ -205,19 +206,14 @@ class DropPlanner {
     return !runs.empty();
   }
 
-  void cut_regions(std::vector<std::vector<AddedRun>> regions, PathJoiner& joiner,
-                   PathReport& report) const {
-    const bool oneway = options_.pattern == PathPattern::kOneway;
+  void cut_regions(std::vector<std::vector<AddedRun>> regions, const PathStream& stream,
+                   PathJoiner& joiner, PathReport& report) const {
+    std::vector<AddedRun> runs;
     for (std::vector<AddedRun>& region : regions) {
       report.added_runs += region.size();
-      bool forward = true;
-      for (std::size_t k = 0; k < region.size(); ++k) {
-        std::vector<Vec3>& tips = region[k].tips;
-        if (!forward) std::reverse(tips.begin(), tips.end());
-        joiner.cut(tips, oneway);
-        if (!oneway) forward = !forward;
-      }
+      std::move(region.begin(), region.end(), std::back_inserter(runs));
     }
+    cut_nearest_first(std::move(runs), options_.pattern == PathPattern::kOneway, stream, joiner);
   }
 
   const TriangleMesh& mesh_;
@@ -275,6 +271,11 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   // Only the corner's ball is held by its contact between passes.
   std::optional<PointDrop> drop;
   if (!options.interval) drop.emplace(offset);
+  std::optional<SegmentProfile> profile;
+  if (drop) {
+    profile.emplace(offset, *drop, budget->chord);
+    joiner.follow(*profile, budget->below);
+  }
   std::optional<LeftOver> left;
   if (drop && surface != nullptr && real->corner() < limit) {
     left.emplace(*surface, offset, *drop, *real, frame,
@@ -293,11 +294,10 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     // Passes at a slant end at the domain's sides, and leave corners between them.
     const auto& corners = frame.corners();
     if (corners[0].y() != corners[1].y() && corners[0].x() != corners[1].x()) {
-      SegmentProfile profile(offset, *drop, budget->chord);
       for (std::size_t k = 0; k < 4; ++k) {
         const PlanLine side(corners[k], corners[(k + 1) % 4]);
         for (const PassRun& run :
-             fit_runs(profile.take(corners[k], corners[(k + 1) % 4], kNoContact), budget->below,
+             fit_runs(profile->take(corners[k], corners[(k + 1) % 4], kNoContact), budget->below,
                       budget->above, join)) {
           std::vector<Vec3> tips;
           for (const Vec2& p : run) {
@@ -308,19 +308,21 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
         }
       }
     }
+    std::vector<AddedRun> along_walls;
     for (std::vector<Vec3>& run : wall_runs(mesh, offset, *drop, walls)) {
       ++report.wall_runs;
       for (Vec3& tip : run) tip.z() += grow;
-      joiner.cut(run, options.pattern == PathPattern::kOneway);
+      along_walls.push_back({run.front().y(), std::move(run)});
     }
+    cut_nearest_first(std::move(along_walls), options.pattern == PathPattern::kOneway, stream,
+                      joiner);
   }
   if (left && !stream.failed()) {
     report.unsettled_area = 0;  // it is looked at instead
-    SegmentProfile profile(offset, *drop, budget->chord);
-    close_left_over(
-        *left, profile,
-        {budget->below, budget->above / 2, grow, options.pattern == PathPattern::kOneway}, joiner,
-        report);
+    close_left_over(*left, *profile,
+                    {budget->below, budget->above / 2, grow,
+                     options.pattern == PathPattern::kOneway},
+                    stream, joiner, report);
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();

@@ -122,6 +122,27 @@ TEST(LeftOver, ContactsLeaveNothingBesideConcaveEdges) {
   EXPECT_GT(told.closing_runs, 0u);
 }
 
+// Runs put in between passes are joined along the surface, nearest first, and not over the
+// clearance plane.
+TEST(RunOrder, FewRetractsAndShortLinks) {
+  PathOptions options;
+  options.cutter = {6, 3};
+  options.cusp = 0.01;
+  options.intol = options.outtol = 0.02;
+  const PlannedPath planned = plan_path(test::fixture("fig6"), options).value();
+  EXPECT_GT(planned.report.added_runs, 300u);
+  std::size_t retracts = 0;
+  double upright = 0;
+  const std::vector<ClPoint>& points = planned.path.points;
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    const Vec3 d = points[k].tip - points[k - 1].tip;
+    if (points[k].motion == Motion::kRapid && d.z() > 0) ++retracts;
+    if (points[k].motion == Motion::kFeed && d.head<2>().norm() == 0) upright += std::fabs(d.z());
+  }
+  EXPECT_LE(retracts, 30u);
+  EXPECT_LE(upright, 0.1 * planned.report.feed_length);
+}
+
 // Nor does a flat end's contact. On the map nothing is gouged: beside a wall straight down is not
 // the way out of the cutter.
 TEST(LeftOver, FlatEndsLeaveNothingThatIsNotTold) {
