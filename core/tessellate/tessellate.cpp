@@ -82,28 +82,29 @@ double common_floor(const CompoundSurface& surface, const PlanBox& domain) {
 
 }  // namespace
 
-Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& asked) {
-  const Machining& m = surface.program().machining;
+Result<Tessellation> tessellate(const CompoundSurface& given, const TessellationOptions& asked) {
+  const Machining& m = given.program().machining;
   const double tolerance = asked.tolerance > 0 ? asked.tolerance : m.tolerance;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
   const bool tiled = asked.tiles != std::array{1, 1};
   TessellationOptions options = asked;
-  if (tiled && options.solid && !options.floor) options.floor = common_floor(surface, domain);
+  if (tiled && options.solid && !options.floor) options.floor = common_floor(given, domain);
   const PlanBox box =
       !tiled ? domain
              : tile_box(options.cuts != nullptr ? *options.cuts
-                                                : tile_cuts(surface, options.tiles, tolerance),
+                                                : tile_cuts(given, options.tiles, tolerance),
                         options.tile);
   if (options.scheme == MeshScheme::kGrid && !options.creases) {
-    return mesh_plain_grid(surface, box, options);
+    return mesh_plain_grid(given, box, options);
   }
-  if (std::holds_alternative<MeshBase>(surface.program().base)) {
-    if (options.scheme == MeshScheme::kAdaptive) return tessellate_scan(surface, box, options);
-    return Error{ErrorCode::kUnsupported,
-                 "edge points on the grid of a scanned base are not in this build; --mesh adaptive "
-                 "and --mesh grid --no-creases are",
-                 {surface.program().file}};
+  std::optional<CompoundSurface> seen;  // a scan's, the same for all tiles
+  if (std::holds_alternative<MeshBase>(given.program().base)) {
+    if (options.scheme == MeshScheme::kAdaptive) return tessellate_scan(given, box, options);
+    Result<CompoundSurface> made = seen_surface(given, domain, tolerance, options.threads);
+    if (!made) return made.error();
+    seen.emplace(std::move(*made));
   }
+  const CompoundSurface& surface = seen ? *seen : given;
   auto start = std::chrono::steady_clock::now();
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);

@@ -117,6 +117,11 @@ Result<Seam> scan_seam(const CompoundSurface& original, const ScanSheet& sheet, 
   return make_seam(surface->impl(), axis, at, from, to, options);
 }
 
+Error nothing_there(const CompoundSurface& surface) {
+  return {
+      ErrorCode::kInput, "no triangle of the scan lies in the domain", {surface.program().file}};
+}
+
 // One way through; may_differ tells whether other shares may do where it fails.
 Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box,
                              const TessellationOptions& options, const Way& way, bool& may_differ) {
@@ -133,10 +138,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
                               way.lean * tolerance, options.threads);
   const bool tiled = options.tiles != std::array{1, 1};
   if (sheet.triangles.empty() && tiled && original.program().solids.empty()) return empty_tile(box);
-  if (sheet.triangles.empty()) {
-    return Error{
-        ErrorCode::kInput, "no triangle of the scan lies in the domain", {original.program().file}};
-  }
+  if (sheet.triangles.empty()) return nothing_there(original);
   ThinOptions thin;
   thin.feature_angle = feature_angle;
   thin.box = box;
@@ -267,6 +269,14 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
 }
 
 }  // namespace
+
+Result<CompoundSurface> seen_surface(const CompoundSurface& surface, const PlanBox& domain,
+                                     double tolerance, int threads) {
+  const ScanSheet sheet = top_sheet(std::get<ScannedSurface>(surface.impl().base), domain,
+                                    kWays[0].lean * tolerance, threads);
+  if (sheet.triangles.empty()) return nothing_there(surface);
+  return over_sheet(surface, sheet);
+}
 
 Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanBox& box,
                                      const TessellationOptions& options) {
