@@ -371,7 +371,15 @@ void LayerJoiner::cut_pair(std::uint32_t i, std::uint32_t j) {
         (s - 1) * length > snap_)
       return;
     touch = true;
-    if (s * length > snap_ && (1 - s) * length > snap_) line.stops.emplace_back(s, end);
+    if (!(s * length > snap_ && (1 - s) * length > snap_)) return;
+    // Over or under the line's own point there: the topmost at one place counts in the end.
+    const double own = line.foot ? sheet_.points[end].z() : height_on({line.a, line.b}, plan(end));
+    std::uint32_t stop = end;
+    if (std::fabs(own - sheet_.points[end].z()) > snap_) {
+      stop = add_point({plan(end).x(), plan(end).y(), own});
+      at_wall_[stop] = at_wall_[end];
+    }
+    line.stops.emplace_back(s, stop);
   };
   touches(f, a, u, lu, g.a);
   touches(f, a, u, lu, g.b);
