@@ -46,6 +46,7 @@ class SheetSplitter {
   }
 
   void add_loops();
+  void cover(const std::vector<std::uint32_t>& run, std::uint32_t end);
   void add_untouched();
   void add_touched();
   [[nodiscard]] double area_off_sheet(const std::array<std::uint32_t, 3>& t) const;
@@ -65,6 +66,7 @@ class SheetSplitter {
   std::vector<std::uint32_t> half_;  // of each: the sheet's half-edge it is part of, or kNone
   std::vector<char> touched_;
   std::unordered_set<std::uint64_t> on_loops_;  // directed, the base on their left
+  std::unordered_set<std::uint64_t> covered_;   // ways that points of arcs divide, straight
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> on_edge_;  // arc points, local
 };
 
@@ -96,9 +98,14 @@ void SheetSplitter::add_loops() {
         const PlanArc& arc = arrangement_.arcs[use.arc];
         const std::vector<ArcSample>& chain = samples_.arcs[use.arc].samples;
         std::uint32_t k = 0;
+        std::vector<std::uint32_t> run;  // from one node on, points between nodes
         do {
           const std::uint32_t next = chain[k].next;
           if (next == ArcSample::kEnd) break;
+          if (samples_.points[chain[k].point].node != ArcPoint::kNoNode) run.clear();
+          run.push_back(local_arc_point(chain[k].point));
+          if (run.size() > 1 && samples_.points[chain[next].point].node != ArcPoint::kNoNode)
+            cover(run, local_arc_point(chain[next].point));
           const double t1 = next == 0 ? static_cast<double>(arc.nodes.size() - 1) : chain[next].t;
           const std::size_t stretch =
               std::min(static_cast<std::size_t>(0.5 * (chain[k].t + t1)), arc.curves.size() - 1);
@@ -118,6 +125,19 @@ void SheetSplitter::add_loops() {
   std::sort(segments_.begin(), segments_.end());
   segments_.erase(std::unique(segments_.begin(), segments_.end()), segments_.end());
   half_.assign(segments_.size(), kNone);
+}
+
+// A straight run of an arc between two nodes: an edge of the sheet from one to the other is the
+// run.
+void SheetSplitter::cover(const std::vector<std::uint32_t>& run, std::uint32_t end) {
+  const std::vector<Vec3>& points = out_.sheet.points;
+  const Vec2 a = points[run.front()].head<2>(), d = points[end].head<2>() - a;
+  for (const std::uint32_t p : run) {
+    const Vec2 q = points[p].head<2>() - a;
+    if (!(std::fabs(d.x() * q.y() - d.y() * q.x()) <= 1e-10 * surface_.size * d.norm())) return;
+  }
+  covered_.insert(pair_key(run.front(), end));
+  covered_.insert(pair_key(end, run.front()));
 }
 
 void SheetSplitter::add_untouched() {
@@ -151,7 +171,8 @@ void SheetSplitter::add_touched() {
     for (std::size_t k = 0; k <= stops.size(); ++k) {
       const std::uint32_t b = k == stops.size() ? local_vertex(v) : stops[k];
       if (a == b) continue;
-      const bool known = on_loops.count(pair_key(a, b)) != 0 || on_loops.count(pair_key(b, a)) != 0;
+      const bool known = on_loops.count(pair_key(a, b)) != 0 ||
+                         on_loops.count(pair_key(b, a)) != 0 || covered_.count(pair_key(a, b)) != 0;
       if (!known) {
         segments_.push_back({a, b});
         half_.push_back(h);
@@ -329,6 +350,7 @@ Result<ScanCut> SheetSplitter::run() {
     segments_.clear();
     half_.clear();
     on_loops_.clear();
+    covered_.clear();
     on_edge_.clear();
     add_loops();
     if (segments_.empty()) return std::move(out_);
