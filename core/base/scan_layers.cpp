@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <unordered_map>
 
 #include "core/base/exact_plan.h"
 #include "core/mesh_tools/topology.h"
+#include "core/mesh_tools/weld.h"
 #include "core/tessellate/planar_triangulation.h"
 
 namespace diesink {
@@ -145,8 +147,9 @@ class LayerJoiner {
   std::vector<PlanBox> strip_boxes_;
   std::optional<PlanBins> strips_;
   std::vector<Line> lines_;
-  std::vector<char> at_wall_;  // points on rims and their feet
-  std::vector<PlanarTriangulation::Segment> pieces_;
+  std::vector<char> at_wall_;                         // points on rims and their feet
+  std::vector<PlanarTriangulation::Segment> pieces_;  // each both ways
+  std::size_t fixed_pieces_ = 0;                      // those first
 };
 
 PlanBox LayerJoiner::box_of(std::initializer_list<std::uint32_t> vertices, double more) const {
@@ -472,6 +475,7 @@ void LayerJoiner::collect_pieces() {
   for (const Line& line : lines_) {
     if (line.fixed) add(line.a, line.b);
   }
+  fixed_pieces_ = pieces_.size();
   for (Line& line : lines_) {
     if (line.fixed) continue;
     std::sort(line.stops.begin(), line.stops.end());
@@ -489,26 +493,34 @@ void LayerJoiner::collect_pieces() {
 }
 
 void LayerJoiner::triangulate() {
-  // Points at one place are one, the topmost of them; a frame round all keeps what is open out.
+  // Points at one place are one: a whole face's, else the topmost. A frame round all keeps what is
+  // open out.
   std::vector<std::uint32_t> used;
   for (const auto& s : pieces_) used.insert(used.end(), s.begin(), s.end());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<char> fixed(sheet_.points.size(), 0);
+  for (const Line& line : lines_) {
+    if (line.fixed) fixed[line.a] = fixed[line.b] = 1;
+  }
   std::sort(used.begin(), used.end(), [&](std::uint32_t i, std::uint32_t j) {
-    const Vec3 &p = sheet_.points[i], &q = sheet_.points[j];
-    if (p.x() != q.x()) return p.x() < q.x();
-    if (p.y() != q.y()) return p.y() < q.y();
-    return p.z() != q.z() ? p.z() > q.z() : i < j;
+    if (fixed[i] != fixed[j]) return fixed[i] > fixed[j];
+    const double zi = sheet_.points[i].z(), zj = sheet_.points[j].z();
+    return zi != zj ? zi > zj : i < j;
   });
+  std::vector<Vec3> flat;
+  for (const std::uint32_t v : used) flat.emplace_back(plan(v).x(), plan(v).y(), 0);
+  const WeldMap weld = weld_map(flat, snap_);
   std::vector<Vec2> sites;
   std::vector<std::uint32_t> vertex;
+  for (const std::uint32_t k : weld.kept) {
+    sites.push_back(plan(used[k]));
+    vertex.push_back(used[k]);
+  }
   std::unordered_map<std::uint32_t, std::uint32_t> site;
-  for (const std::uint32_t v : used) {
-    if (sites.empty() || plan(v) != sites.back()) {
-      sites.push_back(plan(v));
-      vertex.push_back(v);
-    }
-    site[v] = static_cast<std::uint32_t>(sites.size() - 1);
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    site[used[k]] = weld.of_vertex[k];
+    if (at_wall_[used[k]]) at_wall_[vertex[weld.of_vertex[k]]] = 1;
   }
   PlanBox box{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
   for (const Vec2& p : sites) {
@@ -526,35 +538,92 @@ void LayerJoiner::triangulate() {
   }
   std::vector<PlanarTriangulation::Segment> segments;
   for (std::uint32_t k = 0; k < 4; ++k) segments.push_back({frame + k, frame + (k + 1) % 4});
-  std::unordered_map<std::uint64_t, char> known;
-  for (std::size_t s = 0; s < pieces_.size(); s += 2) {
+  std::unordered_map<std::uint64_t, char> known;  // directed
+  std::size_t fixed_segments = segments.size();
+  for (std::size_t s = 0; s < pieces_.size(); ++s) {
     const std::uint32_t a = site[pieces_[s][0]], b = site[pieces_[s][1]];
-    if (a == b || !known.try_emplace(key(a, b), 0).second) continue;
+    if (a == b || !known.try_emplace((std::uint64_t{a} << 32) | b, 0).second) continue;
     segments.push_back({a, b});
-    segments.push_back({b, a});
+    if (s < fixed_pieces_) fixed_segments = segments.size();
   }
   bool all_lines = true;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    // Only what lines still use.
+    std::vector<std::uint32_t> number(sites.size(), kNone), of;
+    std::vector<Vec2> points;
+    std::vector<PlanarTriangulation::Segment> numbered;
+    for (const auto& s : segments) {
+      for (const std::uint32_t v : s) {
+        if (number[v] != kNone) continue;
+        number[v] = static_cast<std::uint32_t>(points.size());
+        points.push_back(sites[v]);
+        of.push_back(v);
+      }
+      numbered.push_back({number[s[0]], number[s[1]]});
+    }
     PlanarTriangulation triangulation;
-    const std::vector<SegmentCrossing> wrong = triangulation.build(sites, segments);
+    std::vector<SegmentCrossing> wrong = triangulation.build(points, numbered);
+    for (SegmentCrossing& w : wrong) {
+      for (std::uint32_t* q : {&w.point, &w.other_point}) *q = *q < of.size() ? of[*q] : kNone;
+    }
     if (wrong.empty()) {
       for (const auto& t : triangulation.triangles()) {
-        const std::array<std::uint32_t, 3> v{vertex[t[0]], vertex[t[1]], vertex[t[2]]};
+        const std::array<std::uint32_t, 3> v{vertex[of[t[0]]], vertex[of[t[1]]], vertex[of[t[2]]]};
         if (v[0] != kNone && v[1] != kNone && v[2] != kNone) take_cell(v, all_lines);
       }
       return;
     }
-    // The later of two lines gives way, both directions; sides of whole faces come first.
-    std::unordered_map<std::uint64_t, char> gone;
+    // Lines that still pass over one another, or over a point, by rounding: cut there, or else the
+    // later one gives way. Sides of whole faces come first and stay.
+    std::unordered_map<std::uint64_t, std::uint32_t> cut;  // by the ends: the site, or kNone
     for (const SegmentCrossing& w : wrong) {
-      std::uint32_t s = w.segment_a;
-      if (w.segment_b < segments.size() && (s >= segments.size() || w.segment_b > s))
-        s = w.segment_b;
-      if (s < segments.size() && s >= 4) gone[key(segments[s][0], segments[s][1])] = 1;
+      std::uint32_t s = w.segment_a, other = w.segment_b;
+      if (other < segments.size() && (s >= segments.size() || other > s)) std::swap(s, other);
+      if (s >= segments.size()) continue;
+      if (s < fixed_segments) {  // nothing may lie on it
+        for (const auto& q : std::span(segments).subspan(fixed_segments)) {
+          const bool there =
+              q[0] == w.point || q[1] == w.point || q[0] == w.other_point || q[1] == w.other_point;
+          if (there) cut[key(q[0], q[1])] = kNone;
+        }
+        continue;
+      }
+      const auto [a, b] = segments[s];
+      std::uint32_t at = w.point != a && w.point != b ? w.point : kNone;
+      if (at == kNone && other < segments.size() && other >= fixed_segments) {
+        const auto [c, d] = segments[other];
+        const Vec2 u = sites[b] - sites[a], v = sites[d] - sites[c];
+        const Vec2 p = sites[a] + cross(sites[c] - sites[a], v) / cross(u, v) * u;
+        double z = 0;
+        const bool near_end = std::min({(p - sites[a]).norm(), (p - sites[b]).norm(),
+                                        (p - sites[c]).norm(), (p - sites[d]).norm()}) <= snap_;
+        if (!near_end && top(p, z) && cut.count(key(c, d)) == 0) {
+          at = static_cast<std::uint32_t>(sites.size());
+          sites.push_back(p);
+          vertex.push_back(add_point({p.x(), p.y(), z}));
+          if (at_wall_[vertex[a]] && at_wall_[vertex[b]]) at_wall_.back() = 1;
+          if (at_wall_[vertex[c]] && at_wall_[vertex[d]]) at_wall_.back() = 1;
+          cut[key(c, d)] = at;
+        }
+      }
+      cut[key(a, b)] = at;
     }
-    if (gone.empty()) break;
-    all_lines = false;
-    std::erase_if(segments, [&](const auto& s) { return gone.count(key(s[0], s[1])) != 0; });
+    if (cut.empty()) break;
+    std::vector<PlanarTriangulation::Segment> rest;
+    for (const auto& s : segments) {
+      const auto it = cut.find(key(s[0], s[1]));
+      if (it == cut.end()) {
+        rest.push_back(s);
+      } else if (it->second == kNone) {
+        all_lines = false;
+      } else {
+        for (const auto& [from, to] : {std::pair{s[0], it->second}, std::pair{it->second, s[1]}}) {
+          if (known.try_emplace((std::uint64_t{from} << 32) | to, 0).second)
+            rest.push_back({from, to});
+        }
+      }
+    }
+    segments = std::move(rest);
   }
   // Left open: a hole, counted.
   for (std::size_t f = 0; f < faces_.size(); ++f) {

@@ -47,6 +47,8 @@ struct Way {
 constexpr Way kWays[] = {{0.1, 0, 0}, {0.15, 1, 0}, {0.05, 2, 0}, {0.1, 0, 0.3}, {0.02, 3, 0.45}};
 // What the wall under a rim looks like is the same in all tiles.
 constexpr Way kTileWays[] = {{0.1, 0, 0}, {0.1, 1, 0}, {0.1, 2, 0}, {0.1, 0, 0.3}, {0.1, 3, 0.45}};
+// Of the plan: where more is not certified the other ways are tried, too.
+constexpr double kToldArea = 1e-9;
 // Of the tolerance: what a seam between tiles leaves the chords and faces beside it, whatever the
 // sheets of the two have taken. (No sheet takes more than kWays has, but for what it moves.)
 constexpr double kSeamShare = 0.3;
@@ -281,16 +283,23 @@ Result<CompoundSurface> seen_surface(const CompoundSurface& surface, const PlanB
 Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanBox& box,
                                      const TessellationOptions& options) {
   std::optional<Error> first;
+  std::optional<Tessellation> best;  // of those not certified all over
   const bool tiled = options.tiles != std::array{1, 1};
+  const double least = kToldArea * (box.x1 - box.x0) * (box.y1 - box.y0);
   bool limit = false;  // too many cells for the scan as it is
   for (const Way& way : tiled ? kTileWays : kWays) {
-    if (limit && way.before == 0) continue;
+    if (way.before == 0 ? limit : best.has_value()) continue;
     bool may_differ = false;
     Result<Tessellation> made = attempt(surface, box, options, way, may_differ);
-    if (made || !may_differ) return made;
+    if (!made && !may_differ) return made;
+    if (made && made->report.uncertified_area <= least) return made;
+    if (made && (!best || made->report.uncertified_area < best->report.uncertified_area))
+      best.emplace(std::move(*made));
+    if (made) continue;
     if (!first) first = made.error();
     limit = limit || made.error().code == ErrorCode::kLimit;
   }
+  if (best) return std::move(*best);
   // Nothing proved: the grid tells so itself.
   TessellationOptions plain = options;
   plain.solid = false;
