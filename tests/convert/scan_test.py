@@ -42,8 +42,8 @@ class Scan(CommandLineTest):
         part = self.scan()
         told = json.loads(self.run_program("info", part, "--json").stdout)["scan"]
         self.assertEqual(sorted(told), ["holes", "layered_area", "open_area"])
-        said = json.loads(self.run_program("export", part, "-o", "die.stl", "--json", "--report", "die.json",
-                                           status=NOT_KEPT).stdout)
+        said = json.loads(self.run_program("export", part, "-o", "die.stl", "--json", "--report",
+                                           "die.json").stdout)
         self.assertEqual(said["scan"], told)
         self.assertEqual(json.loads((self.folder / "die.json").read_text())["scan"], told)
 
@@ -61,7 +61,7 @@ class Scan(CommandLineTest):
         self.assertIn(b"1 hole filled", self.run_program("info", "filled.part").stdout)
         self.run_program("cc", "filled.part", "-o", "filled.csv")
         self.assertNotIn(",,", (self.folder / "filled.csv").read_text())
-        done = self.run_program("export", "filled.part", "-o", "filled.stl", "--solid", "--json", status=NOT_KEPT)
+        done = self.run_program("export", "filled.part", "-o", "filled.stl", "--solid", "--json")
         self.assertEqual(json.loads(done.stdout)["scan"]["filled_holes"], 1)
 
     def test_export_is_closed_sharp_and_certified(self):
@@ -77,12 +77,25 @@ class Scan(CommandLineTest):
         mesh = json.loads(self.run_program("info", "die.stl", "--json").stdout)
         self.assertEqual(mesh["nonmanifold_edges"], 0)
 
-    def test_overhang_is_told(self):
+    def test_overhang_is_certified(self):
         part = self.scan()
-        done = self.run_program("export", part, "-o", "die.glb", "--json", status=NOT_KEPT)
-        said = json.loads(done.stdout)
-        self.assertGreater(said["uncertified_area"], 0)
-        self.assertLess(said["uncertified_area"], 80)  # of 4800: the wall under the rim
+        said = json.loads(self.run_program("export", part, "-o", "die.glb", "--solid", "--json").stdout)
+        self.assertTrue(said["watertight"])
+        self.assertEqual(said["uncertified_area"], 0)
+        self.assertLessEqual(said["certified_deviation"], 0.05)
+
+    def test_scan_in_another_format(self):
+        part = self.scan()
+        of_stl = json.loads(self.run_program("info", part, "--json").stdout)["scan"]
+        self.run_program("convert", "scan.stl", "scan.glb", "--units-in", "mm")
+        self.write("glb.part", PART.replace("scan.stl", "scan.glb"))
+        of_glb = json.loads(self.run_program("info", "glb.part", "--json").stdout)["scan"]
+        self.assertEqual(of_glb["holes"], of_stl["holes"])
+        for figure in ("open_area", "layered_area"):
+            self.assertAlmostEqual(of_glb[figure], of_stl[figure], delta=1e-2)
+        said = json.loads(self.run_program("export", "glb.part", "-o", "die.glb", "--solid", "--json").stdout)
+        self.assertTrue(said["watertight"])
+        self.assertEqual(said["uncertified_area"], 0)
 
     def test_feature_angle(self):
         part = self.scan("--plain")
@@ -92,8 +105,12 @@ class Scan(CommandLineTest):
             count[angle] = sum(c["between"] == ["B", "B"] for c in said["curves"])
         self.assertGreater(count["4"], count["80"])
 
-    def test_grid_with_edge_points_is_refused(self):
-        self.run_program("export", self.scan("--plain"), "-o", "die.stl", "--mesh", "grid", status=3)
+    def test_grid_has_its_edge_points(self):
+        done = self.run_program("export", self.scan(), "-o", "die.stl", "--mesh", "grid", "--solid", "--json",
+                                status=NOT_KEPT)  # facets between the lines of the grid are passed over
+        said = json.loads(done.stdout)
+        self.assertTrue(said["watertight"])
+        self.assertIn(["B", "S1.side"], [sorted(c["between"]) for c in said["curves"]])
 
     def test_cc_data_lies_on_the_facets(self):
         part = self.scan("--plain")
