@@ -73,10 +73,19 @@ std::string unknown_option(const CLI::App& command, const std::string& word) {
   return command.get_name() + " has no option '" + name + "'" + meant(name, known);
 }
 
+// CLI11's "--weld: At Most 1 required but received 2", which is about its own inside.
+std::string our_words(std::string message) {
+  constexpr std::string_view kMost = ": At Most 1 required but received ";
+  const std::size_t at = message.find(kMost);
+  if (at == std::string::npos) return message;
+  const std::string times = message.substr(at + kMost.size());
+  return message.substr(0, at) + ": given " + times + " times, expected once";
+}
+
 // What CLI11 found wrong, told our way. An option nobody knows comes first: the rest of the line
 // was read without it.
 ExitStatus report_wrong_usage(const CLI::App& command, const CLI::ParseError& problem) {
-  std::string message = problem.what();
+  std::string message = our_words(problem.what());
   for (const std::string& word : command.remaining()) {
     const bool is_option = word.size() > 1 && word[0] == '-';
     message = is_option ? unknown_option(command, word) : "one argument too many: '" + word + "'";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/glb_container.h"
+#include "formats/text_scanner.h"
 
 #include <cstdint>
 #include <cstring>
@@ -89,10 +90,12 @@ Result<GlbParts> split_glb(std::span<const std::byte> bytes, const std::string& 
     at += kChunkHeader + size;
   }
   if (others > 0) {
-    diagnostics.warning(std::to_string(others) +
-                            " chunks of the GLB are of no known kind or "
-                            "stand in the wrong place, and are left out",
-                        place(file, kHeader));
+    diagnostics.warning(
+        counted(others,
+                "chunk of the GLB is of no known kind or stands in the wrong place, and is|"
+                "chunks of the GLB are of no known kind or stand in the wrong place, and are|"
+                " left out"),
+        place(file, kHeader));
   }
   return parts;
 }

@@ -76,7 +76,7 @@ std::string to_uri(std::string_view name) {
 }
 
 // The buffer inside the text, for outputs that can have no second file.
-Result<std::string> data_uri(const GltfLayout& layout, const TriangleMesh& mesh) {
+Result<std::string> data_uri(GltfLayout& layout, const TriangleMesh& mesh) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   MemoryFiles memory;
   const Result<ByteSink*> sink = memory.file("");

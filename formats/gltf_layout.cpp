@@ -50,13 +50,29 @@ void for_blocks(std::span<const Vec3> positions, Use use) {
   }
 }
 
-// Checks the positions, and finds how far floats move them.
-Status measure_positions(const TriangleMesh& mesh, GltfLayout& layout) {
-  const Vec3 offset = layout.frame.offset;
+// The coordinates of a run of positions at their lowest and highest. Needs: one at least.
+std::array<Vec3, 2> box_of(std::span<const Vec3> run) {
+  std::array<double, 12> low, high;
+  for (std::size_t k = 0; k < 12; ++k) low[k] = high[k] = run.front()[static_cast<int>(k % 3)];
+  for_blocks(run, [&](const double* p, auto count) {
+    for (std::size_t k = 0; k < count(); ++k) {
+      low[k] = p[k] < low[k] ? p[k] : low[k];
+      high[k] = p[k] > high[k] ? p[k] : high[k];
+    }
+  });
+  for (std::size_t k = 3; k < 12; ++k) {
+    low[k % 3] = std::min(low[k % 3], low[k]);
+    high[k % 3] = std::max(high[k % 3], high[k]);
+  }
+  return {Vec3(low[0], low[1], low[2]), Vec3(high[0], high[1], high[2])};
+}
+
+// How far floats about `offset` move positions, at most, squared. Clears `all_within` where one is
+// not finite or beyond the limit.
+double moved_by_floats(std::span<const Vec3> positions, const Vec3& offset, bool& all_within) {
   double worst = 0;
-  bool all_within = true;
-  const auto measure = [&](const double* p, auto count) {  // `count` coordinates, whole points
-    const double period[3]{offset.x(), offset.y(), offset.z()};
+  const std::array<double, 3> period{offset.x(), offset.y(), offset.z()};
+  for_blocks(positions, [&](const double* p, auto count) {  // `count` coordinates, whole points
     std::array<double, count()> squared;
     unsigned within = 1;
     for (std::size_t k = 0; k < count(); ++k) {
@@ -69,8 +85,30 @@ Status measure_positions(const TriangleMesh& mesh, GltfLayout& layout) {
       worst = std::max(worst, squared[k] + squared[k + 1] + squared[k + 2]);
     }
     all_within &= within != 0;
-  };
-  for_blocks(mesh.positions, measure);
+  });
+  return worst;
+}
+
+// Checks the positions, sets their frame, and finds how far floats move them: in one go over them
+// where the mesh is about the origin, as most are.
+Status measure_positions(const TriangleMesh& mesh, GltfLayout& layout) {
+  const std::span<const Vec3> all = mesh.positions;
+  double worst = 0;
+  bool all_within = true;
+  Vec3 low = all.empty() ? Vec3(Vec3::Zero()) : all.front(), high = low;
+  layout.boxes.reserve(all.size() / GltfLayout::kBoxed + 1);
+  for (std::size_t first = 0; first < all.size(); first += GltfLayout::kBoxed) {
+    const std::span<const Vec3> run =
+        all.subspan(first, std::min(all.size() - first, GltfLayout::kBoxed));
+    layout.boxes.push_back(box_of(run));
+    low = low.cwiseMin(layout.boxes.back()[0]);
+    high = high.cwiseMax(layout.boxes.back()[1]);
+    worst = std::max(worst, moved_by_floats(run, Vec3::Zero(), all_within));
+  }
+  layout.frame = frame_for(mesh, low, high);
+  if (!layout.frame.offset.isZero(0)) {
+    worst = moved_by_floats(all, layout.frame.offset, all_within);
+  }
   if (!all_within) {
     const auto within = [](const Vec3& p) {
       return std::abs(p.x()) <= kLargestCoordinate && std::abs(p.y()) <= kLargestCoordinate &&
@@ -98,9 +136,12 @@ bool has_direction(const Vec3& n) {
 Float3 turned_to_unit(const Vec3& n) {
   return float_position(has_direction(n) ? Vec3(n / n.norm()) : Vec3(Vec3::UnitZ()), Vec3::Zero());
 }
-inline Float3 float_normal(const Vec3& n) {
-  if (!is_unit(n)) [[unlikely]]
+// `all_unit` is cleared where one was not.
+inline Float3 float_normal(const Vec3& n, bool& all_unit) {
+  if (!is_unit(n)) [[unlikely]] {
+    all_unit = false;
     return turned_to_unit(n);
+  }
   return {static_cast<float>(n.x()) + 0.0f, static_cast<float>(n.y()) + 0.0f,
           static_cast<float>(n.z()) + 0.0f};
 }
@@ -201,22 +242,21 @@ void for_positions(const GltfLayout& layout, const TriangleMesh& mesh,
 // before it is least after it.
 void set_bounds_of_run(const GltfLayout& layout, const TriangleMesh& mesh,
                        GltfPrimitive& primitive) {
-  const std::span<const Vec3> run =
-      std::span(mesh.positions).subspan(primitive.base, primitive.vertex_count);
-  std::array<double, 12> low, high;
-  for (std::size_t k = 0; k < 12; ++k) low[k] = high[k] = run.front()[static_cast<int>(k % 3)];
-  for_blocks(run, [&](const double* p, auto count) {
-    for (std::size_t k = 0; k < count(); ++k) {
-      low[k] = p[k] < low[k] ? p[k] : low[k];
-      high[k] = p[k] > high[k] ? p[k] : high[k];
-    }
-  });
-  for (std::size_t k = 3; k < 12; ++k) {
-    low[k % 3] = std::min(low[k % 3], low[k]);
-    high[k % 3] = std::max(high[k % 3], high[k]);
+  const std::size_t begin = primitive.base, end = begin + primitive.vertex_count;
+  constexpr std::size_t kBoxed = GltfLayout::kBoxed;
+  std::array<Vec3, 2> bounds{mesh.positions[begin], mesh.positions[begin]};
+  const auto add = [&bounds](const std::array<Vec3, 2>& box) {
+    bounds = {bounds[0].cwiseMin(box[0]), bounds[1].cwiseMax(box[1])};
+  };
+  for (std::size_t at = begin; at < end;) {
+    const std::size_t next = std::min(end, (at / kBoxed + 1) * kBoxed);
+    const bool whole = at % kBoxed == 0 && (next % kBoxed == 0 || next == mesh.positions.size());
+    add(whole ? layout.boxes[at / kBoxed]
+              : box_of(std::span(mesh.positions).subspan(at, next - at)));
+    at = next;
   }
-  primitive.low = float_position(Vec3(low[0], low[1], low[2]), layout.frame.offset);
-  primitive.high = float_position(Vec3(high[0], high[1], high[2]), layout.frame.offset);
+  primitive.low = float_position(bounds[0], layout.frame.offset);
+  primitive.high = float_position(bounds[1], layout.frame.offset);
 }
 
 void set_bounds(const GltfLayout& layout, const TriangleMesh& mesh, GltfPrimitive& primitive) {
@@ -290,7 +330,7 @@ void put_padding(ByteWriter& out, std::size_t size) {
 }
 
 void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind kind,
-              const GltfPrimitive& primitive, ByteWriter& out) {
+              const GltfPrimitive& primitive, ByteWriter& out, bool& all_unit) {
   const std::uint32_t* const indices = primitive.indices;
   const std::uint32_t base = primitive.position == nullptr ? primitive.base : 0;
   switch (kind) {
@@ -314,14 +354,12 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
       if (!primitive.with_normals) break;
       if (primitive.normal == nullptr) {
         put_values<Float3>(out, primitive.vertex_count,
-                           [first = mesh.normals.data() + primitive.base](std::size_t v) {
-                             return float_normal(first[v]);
-                           });
+                           [first = mesh.normals.data() + primitive.base,
+                            &all_unit](std::size_t v) { return float_normal(first[v], all_unit); });
       } else {
         put_values<Float3>(out, primitive.vertex_count,
-                           [all = mesh.normals.data(), number = primitive.normal](std::size_t v) {
-                             return float_normal(all[number[v]]);
-                           });
+                           [all = mesh.normals.data(), number = primitive.normal, &all_unit](
+                               std::size_t v) { return float_normal(all[number[v]], all_unit); });
       }
       break;
     case kColors:
@@ -339,7 +377,6 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
 
 Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options) {
   GltfLayout layout;
-  layout.frame = frame_for(mesh);
   if (Status status = measure_positions(mesh, layout); !status) return status.error();
   const bool with_normals =
       options.normals && !mesh.normals.empty() && !mesh.corner_normals.empty();
@@ -347,7 +384,7 @@ Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options
   if (!split) return split.error();
   layout.split = std::move(*split);
   layout.with_normals = with_normals;
-  if (with_normals) note_lost_normals(mesh, layout);
+  if (with_normals && options.draco) note_lost_normals(mesh, layout);
   if (options.lines) {
     if (Status status = set_lines(mesh, layout.lines); !status) return status.error();
   }
@@ -358,7 +395,8 @@ Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options
       layout.coordinates.push_back(float_position(p, layout.frame.offset));
     }
     if (with_normals) {
-      for (const Vec3& n : mesh.normals) layout.normals.push_back(float_normal(n));
+      bool all_unit = true;
+      for (const Vec3& n : mesh.normals) layout.normals.push_back(float_normal(n, all_unit));
     }
     const ProgressSpan span(0, kDracoWork);
     if (Status status = compress(mesh, options, layout); !status) return status.error();
@@ -368,14 +406,15 @@ Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options
   return layout;
 }
 
-void put_buffer(const GltfLayout& layout, const TriangleMesh& mesh, ByteWriter& out) {
+void put_buffer(GltfLayout& layout, const TriangleMesh& mesh, ByteWriter& out) {
   // Compressing was all the work where there is any of it.
   const ProgressSpan span(layout.blobs.empty() ? 0 : kDracoWork, 1);
   out.expect(layout.buffer_size);
+  bool all_unit = true;
   for (int kind = 0; kind < kViewKinds; ++kind) {
     for (const GltfPrimitive& primitive : layout.primitives) {
       if (primitive.blob < 0) {
-        put_view(layout, mesh, static_cast<GltfViewKind>(kind), primitive, out);
+        put_view(layout, mesh, static_cast<GltfViewKind>(kind), primitive, out, all_unit);
       }
     }
     put_padding(out, layout.views[static_cast<std::size_t>(kind)].size);
@@ -385,6 +424,7 @@ void put_buffer(const GltfLayout& layout, const TriangleMesh& mesh, ByteWriter& 
     put_padding(out, blob.bytes.size());
     out.passed(blob.bytes.size());
   }
+  if (!all_unit) note_lost_normals(mesh, layout);
 }
 
 }  // namespace diesink

@@ -60,6 +60,9 @@ struct GltfLayout {
   std::vector<std::array<float, 3>> coordinates;
   std::vector<std::array<float, 3>> normals;
   bool with_normals = false;
+  // Of every kBoxed positions of the mesh the lowest and the highest coordinates.
+  static constexpr std::size_t kBoxed = 1024;
+  std::vector<std::array<Vec3, 2>> boxes;
   SplitMesh split;
   GltfLines lines;
   std::vector<GltfPrimitive> primitives;
@@ -76,7 +79,7 @@ struct GltfLayout {
 //         kUsage for quantize_bits out of 1..24.
 Result<GltfLayout> lay_out(const TriangleMesh& mesh, const WriteOptions& options);
 
-// The buffer's bytes, buffer_size of them.
-void put_buffer(const GltfLayout& layout, const TriangleMesh& mesh, ByteWriter& out);
+// The buffer's bytes, buffer_size of them. Notes what has to be told of the normals.
+void put_buffer(GltfLayout& layout, const TriangleMesh& mesh, ByteWriter& out);
 
 }  // namespace diesink

@@ -10,15 +10,8 @@ namespace {
 constexpr double kMatrixTolerance =
     1e-6;  // tools that go through floats or TRS come back within this
 
-Vec3 offset_for(const TriangleMesh& mesh) {
+Vec3 offset_for(const Vec3& low, const Vec3& high) {
   Vec3 offset = Vec3::Zero();
-  if (mesh.positions.empty()) return offset;
-  Vec3 low = mesh.positions.front();
-  Vec3 high = low;
-  for (const Vec3& p : mesh.positions) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
   const double extent = (high - low).maxCoeff();
   if (!(extent > 0) || !std::isfinite(extent)) return offset;
   const double step = std::exp2(std::ceil(std::log2(extent)));
@@ -40,11 +33,11 @@ bool same_matrix(const NodeMatrix& a, const NodeMatrix& b) {
 
 }  // namespace
 
-RootFrame frame_for(const TriangleMesh& mesh) {
+RootFrame frame_for(const TriangleMesh& mesh, const Vec3& low, const Vec3& high) {
   RootFrame frame;
   frame.unit = mesh.unit;
   frame.up = mesh.up;
-  frame.offset = offset_for(mesh);
+  frame.offset = offset_for(low, high);
   return frame;
 }
 

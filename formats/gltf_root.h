@@ -21,10 +21,11 @@ struct RootFrame {
 using NodeMatrix = std::array<double, 16>;
 inline constexpr NodeMatrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
-// The frame for a mesh: zero offset on every axis where the mesh is not far from the origin (nearer
-// than twice its largest extent), else a multiple of a power of two above the extent, so that
-// subtracting it from a float is exact and the difference is a float again.
-RootFrame frame_for(const TriangleMesh& mesh);
+// The frame for a mesh between `low` and `high`: zero offset on every axis where the mesh is not
+// far from the origin (nearer than twice its largest extent), else a multiple of a power of two
+// above the extent, so that subtracting it from a float is exact and the difference is a float
+// again.
+RootFrame frame_for(const TriangleMesh& mesh, const Vec3& low, const Vec3& high);
 
 NodeMatrix matrix_of(const RootFrame& frame);
 

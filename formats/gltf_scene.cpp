@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/gltf_scene.h"
+#include "formats/text_scanner.h"
 
 #include <algorithm>
 #include <cmath>
@@ -109,7 +110,7 @@ GltfScene scene_of(const GltfModel& model, const std::string& file, Diagnostics&
     diagnostics.warning("nodes are nested " + std::to_string(deepest) + " deep", Place{file});
   }
   if (odd > 0) {
-    diagnostics.warning(std::to_string(odd) + " nodes have a rotation that is no unit quaternion",
+    diagnostics.warning(counted(odd, "node has|nodes have| a rotation that is no unit quaternion"),
                         Place{file});
   }
   return scene;

@@ -55,7 +55,7 @@ void read_library(std::string_view content, const std::string& path,
     }
     text.skip_line();
   }
-  bad.warn("colours of the material library cannot be read", text, diagnostics);
+  bad.warn("colour|colours| of the material library cannot be read", text, diagnostics);
 }
 
 }  // namespace

@@ -31,7 +31,11 @@ class ObjReader {
     if (const Status gathered = gather_vertices(); !gathered) return gathered.error();
     for (std::size_t s = 0; s < sections_.size(); ++s) {
       // Without a single normal in the file, its faces have none.
-      if (mesh_.normals.empty()) lost_normals_ += sections_[s].face_normals.size();
+      if (mesh_.normals.empty()) {
+        const std::vector<std::uint32_t>& named = sections_[s].face_normals;
+        lost_normals_ += named.size() - static_cast<std::size_t>(std::count(
+                                            named.begin(), named.end(), FaceBuilder::kNoNormal));
+      }
       if (const Status built = build_faces(s); !built) return built.error();
     }
     if (const Status finished = finish(); !finished) return finished.error();
@@ -232,14 +236,17 @@ class ObjReader {
     }
     const Place file{options_.file_name};
     const auto warn = [&](std::size_t count, std::string_view what) {
-      if (count > 0) diagnostics_.warning(std::to_string(count) + " " + std::string(what), file);
+      if (count > 0) diagnostics_.warning(counted(count, what), file);
     };
     if (mesh_.positions.empty()) return Error{ErrorCode::kInput, "the file has no vertices", file};
     if (mesh_.triangles.empty()) diagnostics_.warning("the file has no faces", file);
-    warn(few_, "faces with fewer than three corners are left out");
-    warn(crossing_, "polygons cross themselves or are flat");
-    warn(lost_normals_, "corners name normals that are not there");
-    if (given > 0) warn(given, "triangles have no normals: they were given their own");
+    warn(few_, "face|faces| with fewer than three corners, left out");
+    warn(crossing_, "polygon crosses itself or is flat|polygons cross themselves or are flat|");
+    warn(lost_normals_, "corner names a normal that is|corners name normals that are| not there");
+    if (given > 0)
+      warn(given,
+           "triangle has no normal: it was given its own|triangles have no normals: they were "
+           "given their own|");
     warn_tallies();
     return ok();
   }
@@ -281,17 +288,25 @@ class ObjReader {
       sum.last_texture = std::max(sum.last_texture, s.last_texture);
       textures += s.textures;
     }
-    sum.odd_weights.warn("vertices have a weight other than 1, which is not kept", whole_,
-                         diagnostics_);
+    sum.odd_weights.warn("vertex has|vertices have| a weight other than 1, which is not kept",
+                         whole_, diagnostics_);
     if (!mesh_.vertex_colors.empty())
-      sum.uncolored.warn("vertices have no colour where others have: they are white", whole_,
-                         diagnostics_);
-    sum.points.warn("point statements are left out", whole_, diagnostics_);
-    sum.unknown.warn("statements that are not read, the first " + quoted(sum.first_unknown), whole_,
-                     diagnostics_);
-    sum.forward.warn("corners name vertices that come after their face", whole_, diagnostics_);
-    sum.no_direction.warn("normals have no direction", whole_, diagnostics_);
-    sum.bad_texture.warn("corners name texture coordinates that cannot be", whole_, diagnostics_);
+      sum.uncolored.warn(
+          "vertex has no colour where others have: it is white|vertices have no colour where "
+          "others have: they are white|",
+          whole_, diagnostics_);
+    sum.points.warn("point statement is|point statements are| left out", whole_, diagnostics_);
+    sum.unknown.warn(
+        "statement that is|statements that are| not read, the first " + quoted(sum.first_unknown),
+        whole_, diagnostics_);
+    sum.forward.warn(
+        "corner names a vertex that comes after its face|corners name vertices that come after "
+        "their face|",
+        whole_, diagnostics_);
+    sum.no_direction.warn("normal has|normals have| no direction", whole_, diagnostics_);
+    sum.bad_texture.warn(
+        "corner names a texture coordinate|corners name texture coordinates| that cannot be",
+        whole_, diagnostics_);
     if (sum.last_texture > textures) {
       diagnostics_.warning("faces name texture coordinate " + std::to_string(sum.last_texture) +
                                ", but the file has " + std::to_string(textures),

@@ -7,6 +7,7 @@
 #include "formats/mesh_builder.h"
 #include "formats/off.h"
 #include "formats/off_rows.h"
+#include "formats/text_scanner.h"
 #include "formats/text_sections.h"
 
 namespace diesink {
@@ -50,20 +51,23 @@ class OffReader {
     if (!mesh_.normals.empty()) mesh_.normals.resize(vertices_, Vec3::UnitZ());
     if (more()) {
       diagnostics_.warning(
-          "the text after the last of " + std::to_string(faces_) + " faces is left out",
+          "the text after the last of " + counted(faces_, "face is|faces is| left out"),
           text_.place());
     }
     builder_.finish(elements_);
     if (mesh_.triangles.empty()) diagnostics_.warning("the file has no faces", text_.place());
-    few_.warn("faces with fewer than three corners are left out", text_, diagnostics_);
-    crossing_.warn("polygons cross themselves or are flat", text_, diagnostics_);
+    few_.warn("face|faces| with fewer than three corners, left out", text_, diagnostics_);
+    crossing_.warn("polygon crosses itself or is flat|polygons cross themselves or are flat|",
+                   text_, diagnostics_);
     unclear_.warn(
-        "rows have numbers after their coordinates that this file's keyword does not announce: "
+        "row has numbers after its|rows have numbers after their| coordinates that this file's "
+        "keyword does not announce: "
         "left out",
         text_, diagnostics_);
-    short_.warn("vertices lack the colour or normal that the file's keyword announces", text_,
-                diagnostics_);
-    mapped_.warn("faces have a colour by number, which is not kept", text_, diagnostics_);
+    short_.warn(
+        "vertex lacks|vertices lack| the colour or normal that the file's keyword announces", text_,
+        diagnostics_);
+    mapped_.warn("face has|faces have| a colour by number, which is not kept", text_, diagnostics_);
     return std::move(mesh_);
   }
 

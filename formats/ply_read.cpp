@@ -15,6 +15,7 @@
 #include "formats/ply_rows.h"
 #include "formats/ply_sections.h"
 #include "formats/ply_values.h"
+#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {
@@ -57,7 +58,7 @@ class BodyReader {
       } else if (element.name == "edge") {
         status = read_edges(element);
       } else {
-        if (element.count > 0) ignored_.push_back("element " + quoted(element.name));
+        if (element.count > 0) ignored_.push_back("element " + quoted(element.name) + " is");
         status = rows_.skip(element);
       }
       if (!status) return status.error();
@@ -124,7 +125,10 @@ class BodyReader {
     std::string skipped;
     PlyPlan plan = ply_plan(element, skipped);
     if (!skipped.empty() && element.count > 0) {
-      ignored_.push_back("properties " + quoted(skipped) + " of " + quoted(element.name));
+      // Names are words, so a blank tells of several.
+      const bool several = skipped.find(' ') != std::string::npos;
+      ignored_.push_back((several ? "properties " : "property ") + quoted(skipped) + " of " +
+                         quoted(element.name) + (several ? " are" : " is"));
     }
     return plan;
   }
@@ -240,7 +244,7 @@ class BodyReader {
         colors.type[static_cast<std::size_t>(role)] = property.type;
       } else if (&property != indices && &property != number && &property != own_normals.list &&
                  own_normals.corner_of(property) < 0 && element.count > 0) {
-        ignored_.push_back("property " + quoted(property.name) + " of faces");
+        ignored_.push_back("property " + quoted(property.name) + " of faces is");
       }
     }
     const bool colored =
@@ -311,7 +315,7 @@ class BodyReader {
     const PlyProperty* const a = element.find("vertex1");
     const PlyProperty* const b = element.find("vertex2");
     if (a == nullptr || b == nullptr || a->list || b->list) {
-      if (element.count > 0) ignored_.push_back("element 'edge' without vertex1 and vertex2");
+      if (element.count > 0) ignored_.push_back("element 'edge' without vertex1 and vertex2 is");
       return rows_.skip(element);
     }
     const PlyProperty* const curve = element.find("curve");
@@ -349,34 +353,34 @@ class BodyReader {
     }
     const std::size_t given = builder_.finish(elements_);
     if (given > 0) {
-      diagnostics_.warning(
-          std::to_string(given) + " triangles have no normals: they were given their own",
-          rows_.place(text_.at()));
+      diagnostics_.warning(counted(given,
+                                   "triangle has no normal: it was given its own|triangles have no "
+                                   "normals: they were given their own|"),
+                           rows_.place(text_.at()));
     }
     if (!make_ply_curves(edges_, curve_labels_, mesh_)) {
       return error("an edge to a vertex past the last", edge_start_);
     }
     const Place end = rows_.place(text_.at());
     for (const std::string& what : ignored_)
-      diagnostics_.warning(what + " is not kept", {options_.file_name});
+      diagnostics_.warning(what + " not kept", {options_.file_name});
     if (mesh_.triangles.empty())
       diagnostics_.warning("the file has no faces", {options_.file_name});
-    warn(few_, "faces with fewer than three corners are left out");
-    warn(crossing_, "polygons cross themselves or are flat");
-    warn(no_direction_, "normals have no direction");
+    warn(few_, "face|faces| with fewer than three corners, left out");
+    warn(crossing_, "polygon crosses itself or is flat|polygons cross themselves or are flat|");
+    warn(no_direction_, "normal has|normals have| no direction");
     warn(rows_.values().longer,
-         "rows have more values than the header announces: they are left out");
+         "row has|rows have| more values than the header announces, left out");
     const bool rest = rows_.ascii() ? text_.more() : !text_.at_end();
     if (rest)
-      diagnostics_.warning(std::to_string(text_.left()) + " bytes after the data are left out",
-                           end);
+      diagnostics_.warning(
+          counted(text_.left(), "byte after the data is|bytes after the data are| left out"), end);
     return ok();
   }
 
   void warn(const Tally& odd, std::string_view what) {
     if (odd.count() > 0) {
-      diagnostics_.warning(std::to_string(odd.count()) + " " + std::string(what),
-                           rows_.place(odd.first()));
+      diagnostics_.warning(counted(odd.count(), what), rows_.place(odd.first()));
     }
   }
 

@@ -185,7 +185,7 @@ Result<WrittenMesh> stream_stl(const TriangleMesh& mesh, const WriteOptions& opt
   return options.ascii ? stream_ascii(mesh, files) : stream_binary(mesh, options, files);
 }
 
-constexpr std::array<std::string_view, 2> kExtensions{".stl", ".stla"};
+constexpr std::array<std::string_view, 1> kExtensions{".stl"};
 
 }  // namespace
 

@@ -79,8 +79,8 @@ inline NormalVerdict judge_normal(const Vec3& normal, std::span<const Vec3, 3> c
 }
 
 inline constexpr std::string_view kNotFiniteNormals =
-    "facets have a normal that is not finite: it is left out, the vertices tell it";
+    "facet has|facets have| a normal that is not finite: it is left out, the vertices tell it";
 inline constexpr std::string_view kOpposedNormals =
-    "facets have a normal against the turn of their vertices: the vertices are believed";
+    "facet has|facets have| a normal against the turn of its vertices: the vertices are believed";
 
 }  // namespace diesink

@@ -195,7 +195,7 @@ class AsciiReader {
     if (inside_) end_solid(false);
     if (elements_.size() == 0)
       diagnostics_.warning("the file has no facets", text_.place(text_.end()));
-    empty_.warn("solids without facets", text_, diagnostics_);
+    empty_.warn("solid|solids| without facets", text_, diagnostics_);
     not_finite_.warn(kNotFiniteNormals, text_, diagnostics_);
     opposed_.warn(kOpposedNormals, text_, diagnostics_);
     gatherer.move_into(mesh);

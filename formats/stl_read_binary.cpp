@@ -15,6 +15,7 @@
 #include "formats/stl.h"
 #include "formats/stl_facets.h"
 #include "formats/text_number.h"
+#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {
@@ -57,8 +58,8 @@ class BinaryReader {
     }
     const std::size_t end = kStlHeaderBytes + kStlFacetBytes * std::size_t{claimed};
     if (end != bytes_.size()) {
-      diagnostics_.warning(std::to_string(bytes_.size() - end) + " bytes after the last of " +
-                               std::to_string(claimed) + " facets are left out",
+      diagnostics_.warning(counted(bytes_.size() - end, "byte|bytes| after the last of ") +
+                               counted(claimed, "facet|facets| left out"),
                            at(end));
     }
     TriangleMesh mesh;
@@ -179,9 +180,7 @@ class BinaryReader {
     return error("cannot read: the file ends here all of a sudden, or its disk fails", offset);
   }
   void warn(const Odd& odd, std::string_view what) {
-    if (odd.count > 0)
-      diagnostics_.warning(std::to_string(odd.count) + " " + std::string(what),
-                           at(offset_of(odd.first)));
+    if (odd.count > 0) diagnostics_.warning(counted(odd.count, what), at(offset_of(odd.first)));
   }
 
   [[nodiscard]] Error bad_coordinate(std::size_t facet) const {
@@ -242,9 +241,10 @@ class BinaryReader {
       }
     }
     if (foreign > 0) {
-      diagnostics_.warning(std::to_string(foreign) +
-                               " facets have an attribute word that is no colour: it is left out",
-                           at(kStlHeaderBytes + kStlFacetBytes * first_foreign + 48));
+      diagnostics_.warning(
+          counted(foreign,
+                  "facet has|facets have| an attribute word that is no colour: it is left out"),
+          at(kStlHeaderBytes + kStlFacetBytes * first_foreign + 48));
     }
     if (!any || mesh.triangles.empty()) return;
     ElementTable elements;

@@ -113,9 +113,17 @@ Error TextScanner::number_error(NumberState state, std::string_view expected) co
   return error(std::move(message), ahead.at() - word.size());
 }
 
-void Tally::warn(std::string_view what, const TextScanner& text, Diagnostics& diagnostics) const {
+std::string counted(std::size_t count, std::string_view words) {
+  const std::size_t many = words.find('|') + 1, rest = words.find('|', many) + 1;
+  std::string text = std::to_string(count) + " ";
+  text += count == 1 ? words.substr(0, many - 1) : words.substr(many, rest - many - 1);
+  text += words.substr(rest);
+  return text;
+}
+
+void Tally::warn(std::string_view words, const TextScanner& text, Diagnostics& diagnostics) const {
   if (count_ == 0) return;
-  diagnostics.warning(std::to_string(count_) + " " + std::string(what), text.place(first_));
+  diagnostics.warning(counted(count_, words), text.place(first_));
 }
 
 }  // namespace diesink

@@ -126,6 +126,10 @@ class TextScanner {
   bool continuation_;
 };
 
+// "1 facet has no normal" or "3 facets have no normal" of the words "facet has|facets have| no
+// normal".
+std::string counted(std::size_t count, std::string_view words);
+
 // How often something odd was met, and where first.
 class Tally {
  public:
@@ -138,8 +142,8 @@ class Tally {
   }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const char* first() const { return first_; }
-  // Says "N <what>" as a warning at the first place, where it was met at all.
-  void warn(std::string_view what, const TextScanner& text, Diagnostics& diagnostics) const;
+  // Says it as a warning at the first place, where it was met at all; the words of counted().
+  void warn(std::string_view words, const TextScanner& text, Diagnostics& diagnostics) const;
 
  private:
   std::size_t count_ = 0;

@@ -160,29 +160,31 @@ TEST(MeshReader, TakesWhatIsOddAndSaysSo) {
       {&kStl, "solid a\n" + facet + facet, 2, "has no 'endsolid'"},
       {&kStl, "solid a\n" + facet + "solid b\n" + facet + "endsolid\n", 2, "has no 'endsolid'"},
       {&kStl, "solid a\nendsolid a\nsolid b\n" + facet + "end solid b\n", 1,
-       "1 solids without facets"},
-      {&kStl, "solid a\n" + against + cube_end, 1, "1 facets have a normal against the turn"},
-      {&kStl, "solid a\n" + nan + cube_end, 1, "1 facets have a normal that is not finite"},
+       "1 solid without facets"},
+      {&kStl, "solid a\n" + against + cube_end, 1, "1 facet has a normal against the turn"},
+      {&kStl, "solid a\n" + nan + cube_end, 1, "1 facet has a normal that is not finite"},
       {&kObj, square + "f 1 2 3 4", 2, ""},
       {&kObj, square + "f -4 -3 -2 -1\n", 2, ""},
       {&kObj, square + "f 1 2 \\\n 3 \\\r\n 4\n", 2, ""},
       {&kObj, square + "f\t1/1/1\t2//\t3/5\n", 1, "texture coordinate 5, but the file has 0"},
-      {&kObj, square + "f 1 2\nf 1 2 3\n", 1, "1 faces with fewer than three corners"},
-      {&kObj, square + "f 1//1 2//1 3//1\nf 1 3 4\nvn 0 0 2\n", 2, "1 triangles have no normals"},
+      {&kObj, square + "f 1 2\nf 1 2 3\n", 1, "1 face with fewer than three corners"},
+      {&kObj, square + "f 1//1 2//1 3//1\nf 1 3 4\nvn 0 0 2\n", 2, "1 triangle has no normal"},
+      {&kObj, square + "f 1//1 2 3\nf 1 3 4\n", 2, "1 corner names a normal that is not there"},
+      {&kObj, square + "f 1//1 2//1 3\nf 1 3 4\n", 2, "2 corners name normals that are not there"},
       {&kObj, "f 1 2 3\n" + square, 1, "come after their face"},
-      {&kObj, square + "p 1\nf 1 2 3\n", 1, "1 point statements are left out"},
+      {&kObj, square + "p 1\nf 1 2 3\n", 1, "1 point statement is left out"},
       {&kObj, square + "curv2 1 2\nf 1 2 3\n", 1,
-       "1 statements that are not read, the first \"curv2\""},
+       "1 statement that is not read, the first \"curv2\""},
       {&kObj, square + "mtllib ../../etc/passwd\nf 1 2 3\n", 1, "no folder to be looked for in"},
       {&kObj, square, 0, "the file has no faces"},
-      {&kObj, square + "f 1 3 2 4\n", 2, "1 polygons cross themselves"},
+      {&kObj, square + "f 1 3 2 4\n", 2, "1 polygon crosses itself"},
       {&kOff, "OFF # a\n4 1 0\n0 0 0\n1 0 0 # b\n1 1 0\n\n0 1 0\n4 0 1 2 3\n", 2, ""},
       {&kOff,
        "CNOFF 3 1 0\n0 0 0 0 0 1 1.0 0.0 0.0 1.0\n1 0 0 0 0 1 1. 0. 0. 1.\n0 1 0 0 0 1 1. 0. 0. "
        "1.\n3 0 1 2\n",
        1, ""},
       {&kOff, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\nmore", 1,
-       "the text after the last of 1 faces"},
+       "the text after the last of 1 face is left out"},
   };
   for (const Odd& odd : all) {
     const Outcome outcome = read(*odd.format, odd.content);
@@ -219,7 +221,7 @@ TEST(MeshReader, PlyFacesOnBothSidesOfTheirVertices) {
   EXPECT_EQ(outcome.mesh.triangles[1], (std::array<std::uint32_t, 3>{0, 1, 2}));
   ASSERT_EQ(outcome.mesh.corner_normals.size(), 2U);
   EXPECT_EQ(outcome.mesh.normals[outcome.mesh.corner_normals[1][0]], Vec3(0, 1, 0));
-  EXPECT_NE(outcome.said.find("1 triangles have no normals"), std::string::npos) << outcome.said;
+  EXPECT_NE(outcome.said.find("1 triangle has no normal"), std::string::npos) << outcome.said;
 }
 
 TEST(MeshReader, PlyOfEveryTypeAndByteOrder) {
