@@ -12,6 +12,7 @@
 #include "formats/byte_sink.h"
 #include "formats/gltf_color.h"
 #include "formats/gltf_draco.h"
+#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {
@@ -151,8 +152,9 @@ void note_lost_normals(const TriangleMesh& mesh, GltfLayout& layout) {
       std::count_if(mesh.normals.begin(), mesh.normals.end(),
                     [](const Vec3& n) { return !is_unit(n) && !has_direction(n); });
   if (without > 0) {
-    layout.notes.push_back(std::to_string(without) +
-                           " normals without a direction are written as 0 0 1");
+    layout.notes.push_back(
+        counted(static_cast<std::size_t>(without),
+                "normal without a direction is|normals without a direction are| written as 0 0 1"));
   }
 }
 
@@ -188,8 +190,9 @@ void note_left_out(const TriangleMesh& mesh, GltfLayout& layout) {
   for (const std::uint32_t position : layout.lines.position) used[position] = true;
   const std::ptrdiff_t left_out = std::count(used.begin(), used.end(), false);
   if (left_out > 0) {
-    layout.notes.push_back(std::to_string(left_out) +
-                           " vertices that belong to no triangle are left out");
+    layout.notes.push_back(counted(
+        static_cast<std::size_t>(left_out),
+        "vertex that belongs to no triangle is|vertices that belong to no triangle are| left out"));
   }
 }
 

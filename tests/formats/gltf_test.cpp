@@ -233,7 +233,7 @@ TEST(Gltf, ElementsOfARunOfVerticesAndOthers) {
     const WrittenMesh file = written(kGlb, each, {});
     EXPECT_EQ(looks(read_back(kGlb, file.files[0].bytes, 1)), looks(each)) << way;
     ASSERT_EQ(file.notes.size(), 1U) << way;
-    EXPECT_EQ(file.notes[0], "1 vertices that belong to no triangle are left out");
+    EXPECT_EQ(file.notes[0], "1 vertex that belongs to no triangle is left out");
   }
 }
 

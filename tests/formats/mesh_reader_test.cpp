@@ -288,7 +288,7 @@ TEST(MeshReader, PlyElementsAndEdgesThatAreNone) {
   ASSERT_TRUE(sound.read) << sound.said;
   ASSERT_EQ(sound.mesh.curves.size(), 1U);
   EXPECT_EQ(sound.mesh.curves[0].kind, CurveKind::kEdge);
-  EXPECT_NE(sound.said.find("1 rows have more values"), std::string::npos) << sound.said;
+  EXPECT_NE(sound.said.find("1 row has more values"), std::string::npos) << sound.said;
   EXPECT_TRUE(read(kPly, file("0", "0 1 nan")).read);
   for (const char* element : {"nan", "1", "-1", "1e30"})
     EXPECT_FALSE(read(kPly, file(element, "0 1 0")).read) << element;
