@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/tessellate/draw_together.h"
+
 namespace diesink {
 namespace {
 
@@ -188,6 +190,69 @@ std::vector<BorderStop> StopFinder::find() {
 }
 
 }  // namespace
+
+// A corner that lies on the border but for a tie, and the changes on the border beside it, are one
+// node there: what is between them is nothing.
+void pull_to_border(const Impl& surface, const ArrangementOptions& options, CellGraph& graph) {
+  const double near = 64 * surface.tie;
+  // How far outside the corner of curves that touch may come out (kDoubleRoot).
+  const double rounding = kDoubleRoot * surface.size;
+  // What touches the border in the corner is as wide as this where the cells end, with any radius
+  // up to the size.
+  const double touch = 2 * std::sqrt(2 * border_inset(surface) * surface.size);
+  for (std::uint32_t c = 0; c < graph.nodes.size(); ++c) {
+    if (!graph.nodes[c].corner || graph.nodes[c].links.empty()) continue;
+    std::vector<std::uint32_t>& links = graph.nodes[c].links;
+    const auto other_end = [&](std::uint32_t l) {
+      return graph.links[l].from == c ? graph.links[l].to : graph.links[l].from;
+    };
+    // On the border a hair from the corner, and nothing else hangs on it.
+    const auto is_beside = [&](std::uint32_t l) {
+      const GraphNode &n = graph.nodes[other_end(l)], &corner = graph.nodes[c];
+      // (On a cut between tiles nothing moves: the other tile does not know.)
+      if (n.side >= 0 && options.seams[static_cast<std::size_t>(n.side)] != nullptr) return false;
+      if (!n.border || n.links.size() != 1) return false;
+      const double dx = std::fabs(n.x - corner.x), dy = std::fabs(n.y - corner.y);
+      const bool upright = n.side == 1 || n.side == 3;
+      const bool outside = n.side == 0   ? corner.y < n.y
+                           : n.side == 1 ? corner.x > n.x
+                           : n.side == 2 ? corner.y > n.y
+                                         : corner.x < n.x;
+      return (upright ? dx : dy) <= (outside ? rounding : near) && (upright ? dy : dx) <= touch;
+    };
+    const auto count =
+        static_cast<std::size_t>(std::count_if(links.begin(), links.end(), is_beside));
+    if (count == 0 || count == links.size()) continue;
+    // One after another in the order round the corner, on one side of the domain.
+    while (!is_beside(links.front()) || is_beside(links.back()))
+      std::rotate(links.begin(), links.begin() + 1, links.end());
+    const GraphNode first = graph.nodes[other_end(links.front())];
+    const bool upright = first.side == 1 || first.side == 3;
+    const auto along = [&](const GraphNode& of) { return upright ? of.y : of.x; };
+    bool one_side = true;
+    GraphNode low = first, high = first;
+    for (std::size_t k = 0; k < count; ++k) {
+      const GraphNode& n = graph.nodes[other_end(links[k])];
+      one_side = one_side && is_beside(links[k]) && n.side == first.side;
+      if (along(n) < along(low)) low = n;
+      if (along(n) > along(high)) high = n;
+    }
+    if (!one_side) continue;
+    for (std::size_t k = 0; k < count; ++k) {
+      GraphNode& gone = graph.nodes[other_end(links[k])];
+      gone.links.clear();
+      gone.border = false;
+      graph.links[links[k]].gone = true;
+    }
+    links.erase(links.begin(), links.begin() + static_cast<std::ptrdiff_t>(count));
+    GraphNode& node = graph.nodes[c];
+    (upright ? node.x : node.y) = upright ? first.x : first.y;
+    node.border = true;
+    node.side = first.side;
+    node.low = low.low;
+    node.high = high.high;
+  }
+}
 
 std::vector<BorderStop> border_stops(const Impl& surface, CellGraph& graph, const PlanBox& domain,
                                      const PlanBox& inner,

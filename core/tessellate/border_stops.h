@@ -1,4 +1,4 @@
-// Where arcs end on the border of the domain, in the order of travel round it.
+// Corners on the border of the domain, and where arcs end on it in the order of travel round it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,6 +9,11 @@
 #include "core/tessellate/cell_graph.h"
 
 namespace diesink {
+
+// Makes a corner on the border and the changes of label on the border beside it one node: what is
+// between them is nothing. A hair off or outside counts as on it where curves touch the border.
+void pull_to_border(const CompoundSurface::Impl& surface, const ArrangementOptions& options,
+                    CellGraph& graph);
 
 // A node of the graph on the border, a corner of the domain, or several of them that are one.
 struct BorderStop {

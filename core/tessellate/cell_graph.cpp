@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "core/parallel.h"
+#include "core/tessellate/border_stops.h"
 #include "core/tessellate/draw_together.h"
 
 namespace diesink {
@@ -29,6 +30,7 @@ struct OnBorder {
 // A label change as a cell sees it, going round it anticlockwise.
 struct Item {
   double position = 0;  // along the way round
+  std::uint8_t side = 0;
   std::uint32_t node = 0;
   Label before = kNoLabel, after = kNoLabel;
 };
@@ -83,10 +85,10 @@ class GraphMaker {
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
   bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
+  [[nodiscard]] bool runs_inside(const PlanBox& box, const Item& in, const Item& out) const;
   bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);
   [[nodiscard]] bool is_star_centre(const CellInfo& info, const TreeCell& cell,
                                     const Vec2& p) const;
-  void pull_to_border();
   std::uint32_t add_corner(const std::vector<Item>& items, const Vec2& at, const PlanCurve* one,
                            const PlanCurve* two, double z1, double z2, const Vec3* vertex);
 
@@ -243,6 +245,35 @@ void GraphMaker::link(std::uint32_t from, std::uint32_t to, Label left, Label ri
 
 bool matches(const Item& a, const Item& b) { return a.before == b.after && a.after == b.before; }
 
+// Whether a curve that comes in and goes out on one side of a cell does not do so the other way
+// round: outside it between the two, as a line does that touches the domain's border.
+bool GraphMaker::runs_inside(const PlanBox& box, const Item& in, const Item& out) const {
+  if (in.side != out.side) return true;
+  const GraphNode &a = graph_.nodes[in.node], &b = graph_.nodes[out.node];
+  const auto plan_node = [](const GraphNode& n) {
+    PlanNode node;
+    node.x = n.x;
+    node.y = n.y;
+    node.heights = n.heights;
+    return node;
+  };
+  PlanNode middle;
+  if (!point_on_stretch(surface_, solver_, a.curve, in.before, in.after, plan_node(a), plan_node(b),
+                        0.5, middle)) {
+    return true;
+  }
+  switch (in.side) {
+    case 0:
+      return middle.y >= box.y0;
+    case 1:
+      return middle.x <= box.x1;
+    case 2:
+      return middle.y <= box.y1;
+    default:
+      return middle.x >= box.x0;
+  }
+}
+
 // Joins changes two by two without crossings; false (and nothing done) where they do not pair up.
 bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve) {
   const std::size_t n = items.size();
@@ -265,6 +296,7 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
       for (std::size_t j = i + 1; j < mate[i]; ++j) {  // chords must not cross
         if (mate[j] < i || mate[j] > mate[i]) return false;
       }
+      if (mate[i] > i && !runs_inside(cell(info.cell).box, items[i], items[mate[i]])) return false;
     }
   } else {
     std::vector<std::size_t> order(n);
@@ -381,9 +413,14 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
   const PlanBox& b = c.box;
   const double margin =
       (c.kind == CellKind::kLeast ? 1.0 : 1e-6) * std::fmax(b.x1 - b.x0, b.y1 - b.y0);
+  // Beyond the cell by rounding; beyond the domain no farther than what counts as its border.
+  const PlanBox &low = cell(tree_.roots.front()).box, &high = cell(tree_.roots.back()).box;
+  const double near = std::fmin(margin, 64 * surface_.tie);
   const auto within = [&](const Vec2& p) {
-    return p.x() >= b.x0 - margin && p.x() <= b.x1 + margin && p.y() >= b.y0 - margin &&
-           p.y() <= b.y1 + margin;
+    return p.x() >= b.x0 - (b.x0 > low.x0 ? margin : near) &&
+           p.x() <= b.x1 + (b.x1 < high.x1 ? margin : near) &&
+           p.y() >= b.y0 - (b.y0 > low.y0 ? margin : near) &&
+           p.y() <= b.y1 + (b.y1 < high.y1 ? margin : near);
   };
   const auto seen = [&](const PlanCurve& curve, const Vec2& p, double z) {
     for (const Item& item : items) {
@@ -474,6 +511,7 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     const double w = c.box.x1 - c.box.x0, h = c.box.y1 - c.box.y0;
     Item item;
     item.node = f.node;
+    item.side = f.side;
     const bool ahead = f.side == 0 || f.side == 1;  // the way round goes with the coordinate
     item.before = ahead ? n.low : n.high;
     item.after = ahead ? n.high : n.low;
@@ -535,57 +573,6 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     done = join_corner(info, c, items);
   }
   if (!done) to_split_.push_back(info.cell);
-}
-
-// A corner that lies on the border but for a tie, and the changes on the border beside it, are one
-// node there: what is between them is nothing.
-void GraphMaker::pull_to_border() {
-  const double near = 64 * surface_.tie;
-  for (std::uint32_t c = 0; c < graph_.nodes.size(); ++c) {
-    if (!graph_.nodes[c].corner) continue;
-    std::vector<std::uint32_t>& links = graph_.nodes[c].links;
-    const auto other_end = [&](std::uint32_t l) {
-      return graph_.links[l].from == c ? graph_.links[l].to : graph_.links[l].from;
-    };
-    // On the border a hair from the corner, and nothing else hangs on it.
-    const auto is_beside = [&](std::uint32_t l) {
-      const GraphNode &n = graph_.nodes[other_end(l)], &corner = graph_.nodes[c];
-      // (On a cut between tiles nothing moves: the other tile does not know.)
-      if (n.side >= 0 && options_.seams[static_cast<std::size_t>(n.side)] != nullptr) return false;
-      return n.border && n.links.size() == 1 && std::hypot(n.x - corner.x, n.y - corner.y) <= near;
-    };
-    const auto count =
-        static_cast<std::size_t>(std::count_if(links.begin(), links.end(), is_beside));
-    if (count == 0 || count == links.size()) continue;
-    // One after another in the order round the corner, on one side of the domain.
-    while (!is_beside(links.front()) || is_beside(links.back()))
-      std::rotate(links.begin(), links.begin() + 1, links.end());
-    const GraphNode first = graph_.nodes[other_end(links.front())];
-    const bool upright = first.side == 1 || first.side == 3;
-    const auto along = [&](const GraphNode& of) { return upright ? of.y : of.x; };
-    bool one_side = true;
-    GraphNode low = first, high = first;
-    for (std::size_t k = 0; k < count; ++k) {
-      const GraphNode& n = graph_.nodes[other_end(links[k])];
-      one_side = one_side && is_beside(links[k]) && n.side == first.side;
-      if (along(n) < along(low)) low = n;
-      if (along(n) > along(high)) high = n;
-    }
-    if (!one_side) continue;
-    for (std::size_t k = 0; k < count; ++k) {
-      GraphNode& gone = graph_.nodes[other_end(links[k])];
-      gone.links.clear();
-      gone.border = false;
-      graph_.links[links[k]].gone = true;
-    }
-    links.erase(links.begin(), links.begin() + static_cast<std::ptrdiff_t>(count));
-    GraphNode& node = graph_.nodes[c];
-    (upright ? node.x : node.y) = upright ? first.x : first.y;
-    node.border = true;
-    node.side = first.side;
-    node.low = low.low;
-    node.high = high.high;
-  }
 }
 
 template <class Take>
@@ -762,8 +749,9 @@ CellGraph GraphMaker::make() {
   std::size_t on_seams = 0;
   for (const Seam* seam : options_.seams) on_seams += seam != nullptr ? seam->changes() : 0;
   graph_.keeps_seams = tree_.stopped || seam_changes_ == on_seams;
-  pull_to_border();
+  pull_to_border(surface_, options_, graph_);
   draw_together(surface_, options_, graph_);
+  pull_to_border(surface_, options_, graph_);  // corners that have come to lie on it
   return std::move(graph_);
 }
 

@@ -14,11 +14,6 @@ using Impl = CompoundSurface::Impl;
 // sliver opens may lie from where the cells saw it open.
 constexpr double kReach = 16, kLongReach = 4096;
 
-// Of the size: how far apart the two roots may come out where two curves touch, some times the
-// square root of a double's 2^-52. The curves part there by its square, less than their points have
-// digits.
-constexpr double kDoubleRoot = 1e-7;
-
 PlanNode plan_node_of(const GraphNode& n) {
   PlanNode node;
   node.x = n.x;

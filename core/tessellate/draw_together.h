@@ -7,6 +7,11 @@
 
 namespace diesink {
 
+// Of the size: how far apart the two roots may come out where two curves touch, some times the
+// square root of a double's 2^-52. The curves part there by its square, less than their points have
+// digits.
+constexpr double kDoubleRoot = 1e-7;
+
 // Where a face ends in a silhouette and meets another face at the silhouette's height both curves
 // touch in plan, so that for a stretch nothing tells them apart and what evaluation shows between
 // them comes and goes from cell to cell. Such a sliver is taken away as a whole and the corner that

@@ -207,6 +207,16 @@ inline std::vector<NamedCase> named_cases() {
            "BSURF-DEF\n3,3\n0,0,0\n20,0,5\n40,0,0\n0,20,0\n20,20,0\n40,20,5\n0,40,0\n20,40,5\n"
            "40,40,5\nBOOLE-DEF\nB-A+C\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
        0.02},
+      {"SphereTouchingTheBorderAtTheBasesHeight",
+       "SOLID-DEF\n" + sphere("A", "30,15,0", "10") +
+           "BSURF-DEF\n3,3\n0,0,0\n20,0,0\n40,0,0\n0,20,5\n20,20,0\n40,20,0\n0,40,0\n20,40,5\n"
+           "40,40,0\nBOOLE-DEF\nB+A\nMACHI-DEF\nTOLER,.02\n",
+       0.02},
+      {"SphereOnTheBorderTouchingALineOfTheGrid",
+       "SOLID-DEF\n" + sphere("A", "0,25,0", "5") + sphere("C", "10,15,-5", "5") +
+           "BSURF-DEF\n3,3\n0,0,5\n20,0,0\n40,0,5\n0,20,0\n20,20,0\n40,20,5\n0,40,5\n20,40,5\n"
+           "40,40,0\nBOOLE-DEF\nB+C+A\nMACHI-DEF\nTOLER,.02\n",
+       0.02},
       // Edges along the border at the base's height, ridges that end in a corner of the domain.
       {"PyramidInTheDomainsCorner", on_plane(pyramid("P", {0, 0, 10, 10}, 6), "+P")},
       {"PyramidInTheOppositeCorner", on_plane(pyramid("P", {30, 30, 40, 40}, 6), "+P")},
