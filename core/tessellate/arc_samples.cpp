@@ -613,21 +613,18 @@ void ArcSamples::sample_all(int threads) {
   }
 }
 
-ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest) {
+bool ArcSamples::find_splittable(std::uint32_t a, std::uint32_t b, double shortest, Ref& ref,
+                                 double& t0, double& t1) const {
   const auto found = chords_.find(key(a, b));
-  if (found == chords_.end() || arrangement_.arcs[found->second.arc].seam) return {};
-  const Ref ref = found->second;
-  if (has_scan(ref.arc)) return {};  // the base has been cut along it
-  SampledArc& arc = arcs[ref.arc];
+  if (found == chords_.end() || arrangement_.arcs[found->second.arc].seam) return false;
+  ref = found->second;
+  if (has_scan(ref.arc)) return false;  // the base has been cut along it
+  const SampledArc& arc = arcs[ref.arc];
   const std::uint32_t next = arc.samples[ref.sample].next;
-  Split result;
-  result.arc = ref.arc;
   const ArcPoint &p = points[arc.samples[ref.sample].point], &q = points[arc.samples[next].point];
-  const double t0 = arc.samples[ref.sample].t;
-  const double t1 = arc.samples[next].t <= t0
-                        ? static_cast<double>(arrangement_.arcs[ref.arc].nodes.size() - 1)
-                        : arc.samples[next].t;
   const PlanArc& of = arrangement_.arcs[ref.arc];
+  t0 = arc.samples[ref.sample].t;
+  t1 = arc.samples[next].t <= t0 ? static_cast<double>(of.nodes.size() - 1) : arc.samples[next].t;
   double length = std::numeric_limits<double>::infinity();
   for (const Label label : {of.left, of.right}) {
     if (label != kNoLabel) {
@@ -635,7 +632,21 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double sho
                          (Vec3(p.x, p.y, z_of(p, label)) - Vec3(q.x, q.y, z_of(q, label))).norm());
     }
   }
-  if (length < 2 * shortest || !(t1 - t0 > 1e-12 * (1 + t1))) return result;
+  return length >= 2 * shortest && t1 - t0 > 1e-12 * (1 + t1);
+}
+
+bool ArcSamples::can_split(std::uint32_t a, std::uint32_t b, double shortest) const {
+  Ref ref;
+  double t0 = 0, t1 = 0;
+  return find_splittable(a, b, shortest, ref, t0, t1);
+}
+
+ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest) {
+  Split result;
+  Ref ref;
+  double t0 = 0, t1 = 0;
+  if (!find_splittable(a, b, shortest, ref, t0, t1)) return result;
+  result.arc = ref.arc;
   const double t = halfway(ref.arc, t0, t1);
   const Trial trial{t, point_at(ref.arc, t)};
   const std::uint32_t sample = insert(ref.arc, ref.sample, trial);

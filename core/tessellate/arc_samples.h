@@ -65,6 +65,7 @@ class ArcSamples {
     std::uint32_t arc = 0;
   };
   Split split(std::uint32_t a, std::uint32_t b, double shortest);
+  [[nodiscard]] bool can_split(std::uint32_t a, std::uint32_t b, double shortest) const;
 
   [[nodiscard]] double z(std::uint32_t point, Label label) const;
   [[nodiscard]] Vec3 at(std::uint32_t point, Label label) const {
@@ -97,6 +98,9 @@ class ArcSamples {
   struct Ref {
     std::uint32_t arc, sample;
   };
+  // The chord between two points, if it can be split, and where it begins and ends on its arc.
+  bool find_splittable(std::uint32_t a, std::uint32_t b, double shortest, Ref& ref, double& t0,
+                       double& t1) const;
   static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
     return a < b ? (std::uint64_t{a} << 32) | b : (std::uint64_t{b} << 32) | a;
   }

@@ -46,6 +46,8 @@ class Tidier {
     for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
       if (is_corner(n) && !graph_.nodes[n].solved) settle(n);
     }
+    // A corner that has only now turned out to be none, or where it is, no longer hides another.
+    join_doubled_corners();
     join_double_roots();
     join_close();
     join_coincident_corners();

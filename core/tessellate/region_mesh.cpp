@@ -410,10 +410,16 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
                       }
                     });
     any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
-    // Borders that truly overlap would be split for ever.
+    // Borders that truly overlap would be split for ever, and where none of the chords that cross
+    // can be split any more, the next round would find the same.
     bool hopeless = false;
-    for (std::size_t r = 0; r < regions.size(); ++r)
-      hopeless = hopeless || (to_build[r] && asked[r].size() > 20'000);
+    for (std::size_t r = 0; r < regions.size() && !hopeless; ++r) {
+      hopeless = to_build[r] &&
+                 (asked[r].size() > 20'000 ||
+                  std::none_of(asked[r].begin(), asked[r].end(), [&](const Region::Chord& chord) {
+                    return samples.can_split(chord[0], chord[1], least);
+                  }));
+    }
     if (hopeless) break;
     bool split_any = false;
     const std::vector<char> building = to_build;  // as it was asked: a split may break a region

@@ -183,5 +183,31 @@ TEST(Arrangement, RegionsOfAddedSpheresAreThoseOfABruteForceCount) {
   EXPECT_GE(compared, 4);
 }
 
+// Arcs from one corner to another that coordinates hardly tell from it.
+int doubled_corners(const Arrangement& a, double near) {
+  int found = 0;
+  for (const PlanArc& arc : a.arcs) {
+    const PlanNode &p = a.nodes[arc.nodes.front()], &q = a.nodes[arc.nodes.back()];
+    if (arc.nodes.front() != arc.nodes.back() && std::hypot(p.x - q.x, p.y - q.y) <= near) ++found;
+  }
+  return found;
+}
+
+// Where the rim of an oblique recess dips below the plate and its silhouette ends, two cells side
+// by side may both find the corner: one as the meeting of three faces, one as a least cell.
+TEST(Arrangement, ACornerThatTwoCellsFindIsOne) {
+  for (const char* recess : {"P1,151.7154,2685.6383,-0.5970\nNOR,0.0650,-0.0430,1.0\nLVE,-0.4995,0."
+                             "4126,0.1\nL-R,23.9610\nS-R,16.1661\nLEN,23.8427\n",
+                             "P1,150.3257,2646.5464,-0.9713\nNOR,-0.0761,0.0708,1.0\nLVE,0.9899,0."
+                             "2075,0.1\nL-R,28.1350\nS-R,19.9769\nLEN,20.2395\n"}) {
+    const CompoundSurface surface =
+        surface_of(on_plane(std::string("S,E-CYLI,2\n") + recess, "-S", "0,4000", "0,4000"));
+    const Result<Arrangement> made = arrange_part(surface, 0.05);
+    ASSERT_TRUE(made);
+    EXPECT_EQ(book_faults(*made), "");
+    EXPECT_EQ(doubled_corners(*made, 1e-9 * surface.size()), 0) << recess;
+  }
+}
+
 }  // namespace
 }  // namespace diesink::test
