@@ -534,6 +534,38 @@ Tessellation empty_tile(const PlanBox& box) {
   return made;
 }
 
+// Every edge in two triangles.
+static bool is_watertight(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return false;
+  // The edges by their lower vertex: where those of each begin, then their other ends.
+  std::vector<std::uint32_t> begin(mesh.positions.size() + 1, 0);
+  const auto each_edge = [&](const auto& take) {
+    for (const auto& t : mesh.triangles) {
+      take(std::min(t[0], t[1]), std::max(t[0], t[1]));
+      take(std::min(t[1], t[2]), std::max(t[1], t[2]));
+      take(std::min(t[2], t[0]), std::max(t[2], t[0]));
+    }
+  };
+  each_edge([&](std::uint32_t low, std::uint32_t) { ++begin[low]; });
+  std::uint32_t sum = 0;
+  for (std::uint32_t& first : begin) {
+    sum += first;
+    first = sum;
+  }
+  std::vector<std::uint32_t> other(sum);
+  each_edge([&](std::uint32_t low, std::uint32_t high) { other[--begin[low]] = high; });
+  for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
+    std::uint32_t* const first = other.data() + begin[v];
+    const std::size_t count = begin[v + 1] - begin[v];
+    if (count % 2 != 0) return false;
+    std::sort(first, first + count);
+    for (std::size_t k = 0; k < count; k += 2) {
+      if (first[k] != first[k + 1] || (k + 2 < count && first[k + 1] == first[k + 2])) return false;
+    }
+  }
+  return true;
+}
+
 void fill_report(const CompoundSurface& surface, const Tessellation& tessellation, double floor,
                  TessellationReport& report) {
   const TriangleMesh& mesh = tessellation.mesh;
@@ -563,37 +595,24 @@ void fill_report(const CompoundSurface& surface, const Tessellation& tessellatio
   }
   report.area = report.volume = 0;
   Vec3 low = Vec3::Constant(1e300), high = Vec3::Constant(-1e300);
+  std::vector<char> is_floor(report.elements.size());
+  for (std::size_t e = 0; e < is_floor.size(); ++e)
+    is_floor[e] = report.elements[e].name == "floor";
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3 &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
                &c = mesh.positions[mesh.triangles[t][2]];
     const Vec3 n = (b - a).cross(c - a);
     const double area = 0.5 * n.norm();
-    ElementReport& r = report.elements[mesh.triangle_element[t]];
-    ++r.triangles;
-    r.area += area;
+    const std::uint32_t e = mesh.triangle_element[t];
+    ++report.elements[e].triangles;
+    report.elements[e].area += area;
     report.area += area;
-    if (r.name != "floor") report.volume += 0.5 * n.z() * ((a.z() + b.z() + c.z()) / 3 - floor);
-    for (const Vec3& p : {a, b, c}) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
+    if (!is_floor[e]) report.volume += 0.5 * n.z() * ((a.z() + b.z() + c.z()) / 3 - floor);
+    low = low.cwiseMin(a).cwiseMin(b).cwiseMin(c);
+    high = high.cwiseMax(a).cwiseMax(b).cwiseMax(c);
   }
   report.bounds = {low, high};
-  // Watertight: every edge in two triangles, once each way.
-  std::vector<std::uint64_t> edges;
-  edges.reserve(mesh.triangles.size() * 3);
-  for (const auto& t : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      edges.push_back(a < b ? (std::uint64_t{a} << 32 | b) : (std::uint64_t{b} << 32 | a));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  report.watertight = !edges.empty();
-  for (std::size_t k = 0; k < edges.size() && report.watertight; k += 2) {
-    report.watertight = k + 1 < edges.size() && edges[k] == edges[k + 1] &&
-                        (k + 2 >= edges.size() || edges[k + 2] != edges[k]);
-  }
+  report.watertight = is_watertight(mesh);
 }
 
 }  // namespace diesink

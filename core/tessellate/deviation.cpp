@@ -159,6 +159,15 @@ TriangleDeviation::TriangleDeviation(const CompoundSurface::Impl& surface) : sur
   }
 }
 
+Implicit TriangleDeviation::face(Label label) const {
+  const std::int32_t solid =
+      surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]].solid;
+  return solid >= 0 && face_of(label) == kFaceSide &&
+                 sides_[static_cast<std::size_t>(solid)].kind == Implicit::Kind::kQuadric
+             ? sides_[static_cast<std::size_t>(solid)]
+             : face_implicit(*surface_, label);
+}
+
 double TriangleDeviation::operator()(Label label, const Vec3& a, const Vec3& b,
                                      const Vec3& c) const {
   const double rounding = std::fmax(coordinate_rounding(a, b), coordinate_rounding(b, c));

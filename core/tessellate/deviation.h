@@ -45,6 +45,9 @@ class TriangleDeviation {
   // Bound:  tends to the exact distance as the triangle shrinks (tests/core/deviation_test.cpp).
   [[nodiscard]] double operator()(Label label, const Vec3& a, const Vec3& b, const Vec3& c) const;
 
+  // The whole plane, quadric or base behind a label.
+  [[nodiscard]] Implicit face(Label label) const;
+
   // The base's second derivatives; null where the base is not a Ferguson surface.
   [[nodiscard]] const BaseCurvature* base() const { return base_ ? &*base_ : nullptr; }
 

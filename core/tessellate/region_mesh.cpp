@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "core/parallel.h"
+#include "core/tessellate/deviation_filter.h"
 
 namespace diesink {
 namespace {
@@ -34,7 +35,8 @@ class Region {
         samples_(samples),
         deviation_(deviation),
         options_(options),
-        chart_(surface, arrangement.regions[index].label, deviation.base()) {
+        chart_(surface, arrangement.regions[index].label, deviation.base()),
+        filter_(deviation, arrangement.regions[index].label) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
   }
@@ -69,12 +71,17 @@ class Region {
   [[nodiscard]] double face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double border_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  // True where bound_of() is at most the limit if the face's bound is.
+  [[nodiscard]] bool border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                                  double limit) const;
+  [[nodiscard]] bool too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Arrangement& arrangement_;
   const ArcSamples& samples_;
   const TriangleDeviation& deviation_;
   const RegionOptions& options_;
   FaceChart chart_;
+  DeviationFilter filter_;
   PlanarTriangulation triangulation_;
   RegionMesh mesh_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_of_;
@@ -103,6 +110,7 @@ std::vector<Region::Chord> Region::build() {
   mesh_.border_bound.clear();
   points_.clear();
   spacing_.clear();
+  filter_.clear();
   broken_ = false;
   std::vector<PlanarTriangulation::Segment> segments;
   std::vector<std::uint32_t> chain;
@@ -260,11 +268,33 @@ double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   return slope < kGentle ? std::fmax(face, border) : face + border;
 }
 
+bool Region::border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c, double limit) const {
+  const double border = border_bound_of(a, b, c);
+  if (border == 0) return true;
+  if (border > limit) return false;
+  const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
+  const double square =
+      std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
+  return 8 * limit * square < 0.999 * kGentle * (q - p).cross(r - p).norm();
+}
+
+bool Region::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const double tolerance = options_.tolerance;
+  const DeviationFilter::Side side = filter_.compare(a, b, c, mesh_.position, tolerance);
+  if (side == DeviationFilter::Side::kWithin && border_keeps(a, b, c, tolerance)) return false;
+  // Next to nothing across: only its arcs could mend it.
+  const double longest = longest_edge(a, b, c);
+  if (!(longest > 0.25 * tolerance)) return false;
+  if (side == DeviationFilter::Side::kBeyond && 0.57 * longest > tolerance) return true;
+  // What arcs leave no room for, vertices inside cannot mend.
+  return bound_of(a, b, c) > tolerance && face_bound_of(a, b, c) > kLeastRoom * tolerance;
+}
+
 // By more than rounding turns an upright triangle.
 bool Region::looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
   const Vec3 u = mesh_.position[b] - mesh_.position[a], v = mesh_.position[c] - mesh_.position[a];
   const Vec3 n = u.cross(v);
-  return n.z() < -1e-9 * n.norm();
+  return n.z() < 0 && n.z() < -1e-9 * n.norm();
 }
 
 std::vector<Region::Chord> Region::refine() {
@@ -274,13 +304,7 @@ std::vector<Region::Chord> Region::refine() {
   rules.shortest_edge = options_.shortest;
   rules.max_vertices = 50'000'000;
   rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    // What arcs leave no room for, vertices inside cannot mend.
-    if (bound_of(a, b, c) <= options_.tolerance ||
-        face_bound_of(a, b, c) <= kLeastRoom * options_.tolerance) {
-      return false;
-    }
-    // Next to nothing across: only its arcs could mend it.
-    return longest_edge(a, b, c) > 0.25 * options_.tolerance;
+    return too_coarse(a, b, c);
   };
   rules.folded = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance;
@@ -288,6 +312,7 @@ std::vector<Region::Chord> Region::refine() {
   // New vertices have none yet, those of build() and of splits neither.
   const auto add_spacing = [this](std::size_t v) {
     spacing_.push_back(kSpacing * chart_.spacing(mesh_.position[v], options_.tolerance));
+    filter_.add(mesh_.position[v]);
   };
   for (std::size_t v = spacing_.size(); v < mesh_.position.size(); ++v) add_spacing(v);
   rules.spacing = [this](std::uint32_t v) { return spacing_[v]; };
@@ -354,6 +379,13 @@ void Region::keep(const Chord& chord) {
 RegionMesh Region::finish() {
   mesh_.triangles = triangulation_.triangles();
   for (const auto& t : mesh_.triangles) {
+    const double known = std::fmin(mesh_.largest_deviation, options_.tolerance);
+    if (known > 0 && std::max({t[0], t[1], t[2]}) < filter_.size() &&
+        filter_.compare(t[0], t[1], t[2], mesh_.position, known) ==
+            DeviationFilter::Side::kWithin &&
+        border_keeps(t[0], t[1], t[2], known)) {
+      continue;
+    }
     const double d = bound_of(t[0], t[1], t[2]);
     if (d < 1e300) mesh_.largest_deviation = std::fmax(mesh_.largest_deviation, d);
     if (!(d <= options_.tolerance * (1 + 1e-9))) {
