@@ -37,7 +37,9 @@ ProgressSpan::~ProgressSpan() { innermost_span = outer_; }
 
 int thread_count(int asked) {
   if (asked > 0) return asked;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  // Asked of the system once: it opens files for it.
+  static const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return cores;
 }
 
 void tell_progress(double part) {

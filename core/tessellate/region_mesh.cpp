@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "core/tessellate/deviation_filter.h"
@@ -54,6 +55,8 @@ class Region {
   // What refine() asked for last must be split however short it is.
   [[nodiscard]] bool urgent() const { return urgent_; }
   RegionMesh finish();
+  // Triangles to be expected, roughly: curved faces are filled at the spacing of their borders.
+  [[nodiscard]] double weight() const;
 
  private:
   [[nodiscard]] Vec2 to_plane(const Vec3& p) const {
@@ -149,6 +152,15 @@ std::vector<Region::Chord> Region::build() {
     insert_apex();
   }
   return {};
+}
+
+double Region::weight() const {
+  double points = 0;
+  for (const std::vector<ArcUse>& loop : arrangement_.regions[mesh_.region].loops) {
+    for (const ArcUse& use : loop)
+      points += static_cast<double>(samples_.arcs[use.arc].samples.size());
+  }
+  return chart_.is_plane() ? points : points * points;
 }
 
 void Region::insert_apex() {
@@ -422,17 +434,27 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
       }
     }
   }
-  // Long borders first would balance better; index order keeps it simple and the result the same.
   std::vector<std::vector<Region::Chord>> asked(regions.size());
+  // Regions of the round: those not yet done, or with a segment that has changed. The heaviest come
+  // first, lest one thread be left alone with them.
+  std::vector<std::uint32_t> heaviest_first(regions.size());
+  std::iota(heaviest_first.begin(), heaviest_first.end(), 0U);
+  std::vector<double> weight;
+  for (const std::unique_ptr<Region>& region : regions) weight.push_back(region->weight());
+  std::stable_sort(heaviest_first.begin(), heaviest_first.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return weight[a] > weight[b]; });
+  std::vector<std::uint32_t> active = heaviest_first;
+  std::vector<char> touched(regions.size());
   std::vector<char> to_build(regions.size(), 1);
   bool any_build = true;
   // Chords that cross are split down to the distance at which points are told apart at all.
   const double least = 1e-9 * surface.size;
   for (int round = 0; round < options.rounds + 40; ++round) {
     const bool refining = round < options.rounds;
-    parallel_blocks(regions.size(), 1, options.threads,
+    parallel_blocks(active.size(), 1, options.threads,
                     [&](std::size_t begin, std::size_t end, int) {
-                      for (std::size_t r = begin; r < end; ++r) {
+                      for (std::size_t k = begin; k < end; ++k) {
+                        const std::uint32_t r = active[k];
                         asked[r].clear();
                         if (to_build[r]) {
                           asked[r] = regions[r]->build();
@@ -454,11 +476,13 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
     }
     if (hopeless) break;
     bool split_any = false;
+    std::fill(touched.begin(), touched.end(), 0);
     const std::vector<char> building = to_build;  // as it was asked: a split may break a region
     for (std::size_t r = 0; r < regions.size(); ++r) {
       for (const Region::Chord& chord : asked[r]) {
         if (!refining && !building[r] && !regions[r]->urgent()) {
           regions[r]->keep(chord);
+          touched[r] = 1;
           split_any = true;  // refine once more without it
           continue;
         }
@@ -467,18 +491,24 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
         if (split.point == ArcSamples::kNone) {
           // Too short, or split already by the other side: a kept segment is told to both.
           regions[r]->keep(chord);
+          touched[r] = 1;
           split_any = true;
           continue;
         }
         split_any = true;
         for (const std::uint32_t user : users[split.arc]) {
           regions[user]->take_split(chord, split.point);
+          touched[user] = 1;
           if (regions[user]->broken()) to_build[user] = 1;
         }
       }
     }
     any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
     if (!split_any && !any_build) break;
+    active.clear();
+    for (const std::uint32_t r : heaviest_first) {
+      if (touched[r] || to_build[r]) active.push_back(r);
+    }
   }
   if (any_build) {
     return Error{ErrorCode::kInput,
@@ -488,7 +518,11 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
   }
   std::vector<RegionMesh> meshes(regions.size());
   parallel_blocks(regions.size(), 1, options.threads, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t r = begin; r < end; ++r) meshes[r] = regions[r]->finish();
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::uint32_t r = heaviest_first[k];
+      meshes[r] = regions[r]->finish();
+      regions[r].reset();  // its triangulation is several times as large
+    }
   });
   return meshes;
 }
