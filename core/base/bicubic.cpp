@@ -77,25 +77,44 @@ double BicubicOver::middle(int a, int b) const {
   return c_[a][b] * kFalling[a][a] * kFalling[b][b];
 }
 
-Range BicubicOver::range(int a, int b) const {
+namespace {
+
+// Sums over the middle's neighbours in the power basis: what even powers add, either way, and what
+// odd powers may.
+struct Spread {
   double even_lo = 0, even_hi = 0, odd = 0;
+};
+
+template <int A, int B>
+Spread spread(const double (&c)[4][4], double hs, double ht) {
+  Spread sum;
   double s_power = 1;
-  for (int k = a; k < 4; ++k, s_power *= hs_) {
-    double power = s_power * kFalling[a][k];
-    for (int l = b; l < 4; ++l, power *= ht_) {
-      if (k == a && l == b) continue;
-      const double term = c_[k][l] * kFalling[b][l] * power;
-      if (((k - a) | (l - b)) & 1) {
-        odd += std::fabs(term);
-      } else if (term > 0) {
-        even_hi += term;
+  for (int k = A; k < 4; ++k, s_power *= hs) {
+    double power = s_power * kFalling[A][k];
+    for (int l = B; l < 4; ++l, power *= ht) {
+      if (k == A && l == B) continue;
+      const double term = c[k][l] * kFalling[B][l] * power;
+      if (((k - A) | (l - B)) & 1) {
+        sum.odd += std::fabs(term);
       } else {
-        even_lo += term;
+        sum.even_hi += term > 0 ? term : 0;
+        sum.even_lo += term > 0 ? 0 : term;
       }
     }
   }
+  return sum;
+}
+
+}  // namespace
+
+Range BicubicOver::range(int a, int b) const {
+  // Each order on its own, so that what is odd and even in it is known to the compiler.
+  static constexpr decltype(&spread<0, 0>) kOf[3][3] = {{spread<0, 0>, spread<0, 1>, spread<0, 2>},
+                                                        {spread<1, 0>, spread<1, 1>, spread<1, 2>},
+                                                        {spread<2, 0>, spread<2, 1>, spread<2, 2>}};
+  const Spread sum = kOf[a][b](c_, hs_, ht_);
   const double m = middle(a, b);
-  return widened(m + even_lo - odd, m + even_hi + odd, rounding_);
+  return widened(m + sum.even_lo - sum.odd, m + sum.even_hi + sum.odd, rounding_);
 }
 
 }  // namespace diesink
