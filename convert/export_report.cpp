@@ -64,17 +64,19 @@ void add_tile(ExportReport& report, const Tessellation& tile, bool first) {
   sum.domain = {std::min(sum.domain[0], one.domain[0]), std::max(sum.domain[1], one.domain[1]),
                 std::min(sum.domain[2], one.domain[2]), std::max(sum.domain[3], one.domain[3])};
   sum.bounds = {sum.bounds[0].cwiseMin(one.bounds[0]), sum.bounds[1].cwiseMax(one.bounds[1])};
+  for (std::size_t k = report.element_at.size(); k < sum.elements.size(); ++k) {
+    report.element_at.emplace(sum.elements[k].name, k);
+  }
   for (const ElementReport& each : one.elements) {
-    const auto same =
-        std::find_if(sum.elements.begin(), sum.elements.end(),
-                     [&](const ElementReport& known) { return known.name == each.name; });
-    if (same == sum.elements.end()) {
+    const auto [known, fresh] = report.element_at.try_emplace(each.name, sum.elements.size());
+    if (fresh) {
       sum.elements.push_back(each);
       continue;
     }
-    same->triangles += each.triangles;
-    same->area += each.area;
-    same->max_deviation = std::max(same->max_deviation, each.max_deviation);
+    ElementReport& same = sum.elements[known->second];
+    same.triangles += each.triangles;
+    same.area += each.area;
+    same.max_deviation = std::max(same.max_deviation, each.max_deviation);
   }
   sum.curves.insert(sum.curves.end(), one.curves.begin(), one.curves.end());
   sum.seconds_evaluate += one.seconds_evaluate;

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <unordered_map>
 
 #include "convert/scan_figures.h"
 #include "core/tessellate/tessellate.h"
@@ -21,6 +22,8 @@ struct ExportReport {
   std::optional<ScanFigures> scan;  // of a scanned base
   ExportSeconds seconds;
   int threads = 0;
+  // Places of the surface's elements by name, as add_tile() needs them.
+  std::unordered_map<std::string, std::size_t> element_at;
 };
 
 // Adds one tile's figures to those of the tiles before it: sums, largest deviations, united bounds;

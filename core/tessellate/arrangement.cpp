@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "core/tessellate/border_stops.h"
 #include "core/tessellate/cell_graph.h"
@@ -274,15 +275,16 @@ void ArcMaker::make_regions() {
     region.loops.push_back(loop.uses);
     out_.regions.push_back(std::move(region));
   }
-  // Holes belong to the smallest outer loop around them; sorted by x, most candidates fall away by
-  // their boxes.
+  // Holes belong to the smallest outer loop of their label around them.
+  std::unordered_map<Label, std::vector<std::size_t>> outers_of;
+  for (std::size_t k = 0; k < outers.size(); ++k) outers_of[outers[k].label].push_back(k);
   for (Loop& hole : holes) {
     const PlanArc& arc = out_.arcs[hole.uses[0].arc];
     const PlanNode& p = out_.nodes[arc.nodes[arc.nodes.size() / 2]];
     std::size_t best = outers.size();
-    for (std::size_t k = 0; k < outers.size(); ++k) {
+    for (const std::size_t k : outers_of[hole.label]) {
       const Loop& outer = outers[k];
-      if (outer.label != hole.label || outer.area < -hole.area) continue;
+      if (outer.area < -hole.area) continue;
       if (outer.box.x0 > hole.box.x0 || outer.box.x1 < hole.box.x1 || outer.box.y0 > hole.box.y0 ||
           outer.box.y1 < hole.box.y1) {
         continue;
