@@ -73,7 +73,8 @@ class Region {
   // both.
   [[nodiscard]] double face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double border_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
-  [[nodiscard]] double bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] double bound_of(double face, std::uint32_t a, std::uint32_t b,
+                                std::uint32_t c) const;
   // True where bound_of() is at most the limit if the face's bound is.
   [[nodiscard]] bool border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c,
                                   double limit) const;
@@ -271,8 +272,8 @@ double Region::face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) 
 // is the bound, not their sum. The factor of two before d·e is room for neighbouring triangles,
 // whose normals differ from that of the one at the chord: `slope` bounds by how much, as a gap that
 // is quadratic, at most f and nothing at the vertices falls off by at most 8 f / altitude.
-double Region::bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  const double face = face_bound_of(a, b, c), border = border_bound_of(a, b, c);
+double Region::bound_of(double face, std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const double border = border_bound_of(a, b, c);
   if (border == 0 || face == 0) return face + border;
   const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
   const double altitude = (q - p).cross(r - p).norm() / longest_edge(a, b, c);
@@ -299,7 +300,8 @@ bool Region::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   if (!(longest > 0.25 * tolerance)) return false;
   if (side == DeviationFilter::Side::kBeyond && 0.57 * longest > tolerance) return true;
   // What arcs leave no room for, vertices inside cannot mend.
-  return bound_of(a, b, c) > tolerance && face_bound_of(a, b, c) > kLeastRoom * tolerance;
+  const double face = face_bound_of(a, b, c);
+  return face > kLeastRoom * tolerance && bound_of(face, a, b, c) > tolerance;
 }
 
 // By more than rounding turns an upright triangle.
@@ -398,7 +400,7 @@ RegionMesh Region::finish() {
         border_keeps(t[0], t[1], t[2], known)) {
       continue;
     }
-    const double d = bound_of(t[0], t[1], t[2]);
+    const double d = bound_of(face_bound_of(t[0], t[1], t[2]), t[0], t[1], t[2]);
     if (d < 1e300) mesh_.largest_deviation = std::fmax(mesh_.largest_deviation, d);
     if (!(d <= options_.tolerance * (1 + 1e-9))) {
       const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
