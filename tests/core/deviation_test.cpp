@@ -5,6 +5,7 @@
 
 #include <thread>
 
+#include "core/tessellate/deviation_filter.h"
 #include "tests/support/face_points.h"
 
 namespace diesink::test {
@@ -221,6 +222,52 @@ TEST(TriangleDeviation, FromTheApexOfACone) {
     EXPECT_GE(bound, truth * (1 - 1e-9));
     EXPECT_LE(bound, 1.06 * truth);
   }
+}
+
+// Coarse, fine, narrow and flat triangles, and limits far from the bound, near it and next to it.
+TEST(DeviationFilter, TellsOnlyWhatTheBoundSays) {
+  Random random(17);
+  int told = 0, open = 0, within = 0, beyond = 0;
+  for (const std::string& text : programs()) {
+    const CompoundSurface surface = surface_of(text);
+    const TriangleDeviation deviation(surface.impl());
+    for (const SeenFace& face : seen_faces(surface)) {
+      if (!face.body) continue;
+      const PlanBox box = face.body->plan_box();
+      const double size = std::fmin(box.x1 - box.x0, box.y1 - box.y0);
+      for (int k = 0; k < 80; ++k) {
+        constexpr double kScales[] = {0.5, 0.1, 0.02, 1e-3};
+        Vec3 v[3];
+        if (!draw_triangle(random, face, size * kScales[k % 4], v)) continue;
+        if (k % 5 == 0) {  // narrow, and with no width at all
+          v[2].head<2>() = 0.5 * (v[0] + v[1]).head<2>() +
+                           1e-3 * (k % 10 == 0 ? 0 : 1) * (v[2] - v[0]).head<2>();
+          if (!face.height(v[2].x(), v[2].y(), v[2].z())) continue;
+        }
+        const Vec3 positions[] = {v[0], v[1], v[2]};
+        DeviationFilter filter(deviation, face.label);
+        for (const Vec3& p : positions) filter.add(p);
+        const double bound = deviation(face.label, v[0], v[1], v[2]);
+        for (const double part : {0.1, 0.9, 1 - 1e-5, 1.0, 1 + 1e-5, 1.1, 10.0}) {
+          const double limit = part * std::fmin(bound, 1e6);
+          const DeviationFilter::Side side = filter.compare(0, 1, 2, positions, limit);
+          if (side == DeviationFilter::Side::kWithin) {
+            ++within;
+            ASSERT_LE(bound, limit) << surface.element_name(face.label) << " " << part;
+          } else if (side == DeviationFilter::Side::kBeyond) {
+            ++beyond;
+            ASSERT_GT(bound, limit) << surface.element_name(face.label) << " " << part;
+          }
+          const bool clear = part < 0.95 || part > 1.05;
+          if (!clear || k % 4 == 0 || k % 5 == 0 || bound < 1e-9) continue;
+          ++(side == DeviationFilter::Side::kOpen ? open : told);
+        }
+      }
+    }
+  }
+  EXPECT_GT(within, 1000);
+  EXPECT_GT(beyond, 1000);
+  EXPECT_LT(open, told / 10);
 }
 
 TEST(TriangleDeviation, PlanesAndHopelessTriangles) {
