@@ -288,7 +288,9 @@ bool Region::border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c, dou
   const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
   const double square =
       std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
-  return 8 * limit * square < 0.999 * kGentle * (q - p).cross(r - p).norm();
+  // As in bound_of(), with the limit in place of the face's bound.
+  const double steepest = 0.999 * kGentle / (8 * limit);
+  return square < steepest * steepest * (q - p).cross(r - p).squaredNorm();
 }
 
 bool Region::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
