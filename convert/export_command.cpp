@@ -50,6 +50,12 @@ void say_not_kept(const std::string& part, const TessellationReport& report) {
       "the tolerance %.6g is not certified: deviation up to %.6g, uncertified plan area %.6g",
       report.tolerance, report.certified_deviation, report.uncertified_area);
   report_warning(part, line);
+  for (const MeshDoubt& doubt : report.doubts) {
+    std::snprintf(line, sizeof line, "at (%.6g, %.6g, %.6g)%s%s: %s", doubt.place.x(),
+                  doubt.place.y(), doubt.place.z(), doubt.element.empty() ? "" : " on ",
+                  doubt.element.c_str(), doubt.what.c_str());
+    report_warning(part, line);
+  }
 }
 
 ExitStatus run(Options& options, const CommonOptions& common) {

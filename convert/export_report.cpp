@@ -79,6 +79,10 @@ void add_tile(ExportReport& report, const Tessellation& tile, bool first) {
     same.max_deviation = std::max(same.max_deviation, each.max_deviation);
   }
   sum.curves.insert(sum.curves.end(), one.curves.begin(), one.curves.end());
+  for (const MeshDoubt& doubt : one.doubts) {
+    if (sum.doubts.size() < TessellationReport::kMostDoubts) sum.doubts.push_back(doubt);
+  }
+  sum.doubt_count += one.doubt_count;
   sum.seconds_evaluate += one.seconds_evaluate;
   sum.seconds_tessellate += one.seconds_tessellate;
 }

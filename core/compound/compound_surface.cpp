@@ -57,49 +57,68 @@ double largest_coordinate(const PartProgram& program, const std::vector<BodyLine
   return size;
 }
 
-// The border cut into stretches that turn little. Each is a piece of a cubic, whose hodograph is a
-// quadratic: its values at the ends and the middle control value enclose it.
+// The border of the base between two places of a side. It is a piece of a cubic, whose hodograph is
+// a quadratic: its values at the ends and the middle control value enclose it. `turn`: how far its
+// normal's coordinates range.
+BaseBorderPiece border_piece(const FergusonSurface& base, int side, double w0, double w1,
+                             double close, double& turn) {
+  const double inner = 1e-9;  // of a patch: at a joint the derivative is taken inside the piece
+  const FergusonSurface::BorderPoint a = base.border(side, w0), b = base.border(side, w1),
+                                     m = base.border(side, 0.5 * (w0 + w1));
+  const Vec2 da = base.border(side, w0 + inner).along, db = base.border(side, w1 - inner).along;
+  // Middle control vector of the quadratic derivative through da, m.along, db.
+  const Vec2 dm = 2 * m.along - 0.5 * (da + db);
+  BaseBorderPiece piece;
+  piece.side = static_cast<std::uint32_t>(side);
+  piece.close = close;
+  piece.x = m.at.x();
+  piece.y = m.at.y();
+  // The cubic's own control points from its ends and end derivatives.
+  const double third = (w1 - w0) / 3;
+  const Vec2 c1 = a.at + third * da, c2 = b.at - third * db;
+  piece.box = {std::fmin(std::fmin(a.at.x(), b.at.x()), std::fmin(c1.x(), c2.x())) - close,
+               std::fmax(std::fmax(a.at.x(), b.at.x()), std::fmax(c1.x(), c2.x())) + close,
+               std::fmin(std::fmin(a.at.y(), b.at.y()), std::fmin(c1.y(), c2.y())) - close,
+               std::fmax(std::fmax(a.at.y(), b.at.y()), std::fmax(c1.y(), c2.y())) + close};
+  piece.nx = piece.ny = {1e300, -1e300};
+  for (const Vec2& d : {da, dm, db}) {
+    const double length = d.norm();
+    const double nx = length > 0 ? -d.y() / length : 0, ny = length > 0 ? d.x() / length : 0;
+    piece.nx = {std::fmin(piece.nx.lo, nx), std::fmax(piece.nx.hi, nx)};
+    piece.ny = {std::fmin(piece.ny.lo, ny), std::fmax(piece.ny.hi, ny)};
+  }
+  turn = (piece.nx.hi - piece.nx.lo) + (piece.ny.hi - piece.ny.lo);
+  piece.straight = turn * (b.at - a.at).norm() <= close;
+  // Unit vectors between two unit vectors bulge beyond their coordinate ranges by less than the
+  // turn squared.
+  const double bulge = piece.straight ? 0 : turn * turn;
+  piece.nx = {piece.nx.lo - bulge, piece.nx.hi + bulge};
+  piece.ny = {piece.ny.lo - bulge, piece.ny.hi + bulge};
+  return piece;
+}
+
+// The border cut into stretches that turn little: the cells over one that turns too much to be one
+// arc would be split down to the least.
 std::vector<BaseBorderPiece> border_pieces(const FergusonSurface& base, double close) {
-  constexpr int kPieces = 8;  // a patch side
+  constexpr int kPieces = 8;  // a patch side at least
+  constexpr int kHalvings = 8;
+  constexpr double kMostTurn = 0.25;
   std::vector<BaseBorderPiece> pieces;
+  const auto cut = [&](auto&& self, int side, double w0, double w1, int depth) -> void {
+    double turn = 0;
+    const BaseBorderPiece piece = border_piece(base, side, w0, w1, close, turn);
+    if (piece.straight || turn <= kMostTurn || depth == kHalvings) {
+      pieces.push_back(piece);
+      return;
+    }
+    const double middle = 0.5 * (w0 + w1);
+    self(self, side, w0, middle, depth + 1);
+    self(self, side, middle, w1, depth + 1);
+  };
   for (int side = 0; side < 4; ++side) {
     const int patches = static_cast<int>(std::lround(base.border_length(side)));
-    for (int k = 0; k < patches * kPieces; ++k) {
-      const double w0 = static_cast<double>(k) / kPieces, w1 = static_cast<double>(k + 1) / kPieces;
-      const double inner = 1e-9;  // of a patch: at a joint the derivative is taken inside the piece
-      const FergusonSurface::BorderPoint a = base.border(side, w0), b = base.border(side, w1),
-                                         m = base.border(side, 0.5 * (w0 + w1));
-      const Vec2 da = base.border(side, w0 + inner).along, db = base.border(side, w1 - inner).along;
-      // Middle control vector of the quadratic derivative through da, m.along, db.
-      const Vec2 dm = 2 * m.along - 0.5 * (da + db);
-      BaseBorderPiece piece;
-      piece.side = static_cast<std::uint32_t>(side);
-      piece.close = close;
-      piece.x = m.at.x();
-      piece.y = m.at.y();
-      // The cubic's own control points from its ends and end derivatives.
-      const double third = (w1 - w0) / 3;
-      const Vec2 c1 = a.at + third * da, c2 = b.at - third * db;
-      piece.box = {std::fmin(std::fmin(a.at.x(), b.at.x()), std::fmin(c1.x(), c2.x())) - close,
-                   std::fmax(std::fmax(a.at.x(), b.at.x()), std::fmax(c1.x(), c2.x())) + close,
-                   std::fmin(std::fmin(a.at.y(), b.at.y()), std::fmin(c1.y(), c2.y())) - close,
-                   std::fmax(std::fmax(a.at.y(), b.at.y()), std::fmax(c1.y(), c2.y())) + close};
-      piece.nx = piece.ny = {1e300, -1e300};
-      for (const Vec2& d : {da, dm, db}) {
-        const double length = d.norm();
-        const double nx = length > 0 ? -d.y() / length : 0, ny = length > 0 ? d.x() / length : 0;
-        piece.nx = {std::fmin(piece.nx.lo, nx), std::fmax(piece.nx.hi, nx)};
-        piece.ny = {std::fmin(piece.ny.lo, ny), std::fmax(piece.ny.hi, ny)};
-      }
-      const double turn = (piece.nx.hi - piece.nx.lo) + (piece.ny.hi - piece.ny.lo);
-      piece.straight = turn * (b.at - a.at).norm() <= close;
-      // Unit vectors between two unit vectors bulge beyond their coordinate ranges by less than the
-      // turn squared.
-      const double bulge = piece.straight ? 0 : turn * turn;
-      piece.nx = {piece.nx.lo - bulge, piece.nx.hi + bulge};
-      piece.ny = {piece.ny.lo - bulge, piece.ny.hi + bulge};
-      pieces.push_back(piece);
-    }
+    for (int k = 0; k < patches * kPieces; ++k)
+      cut(cut, side, static_cast<double>(k) / kPieces, static_cast<double>(k + 1) / kPieces, 0);
   }
   return pieces;
 }

@@ -594,14 +594,25 @@ void ArcSamples::sample_all(int threads) {
       if (after == ArcSample::kEnd) continue;
       const auto [it, fresh] =
           chords_.try_emplace(key(arc.samples[k].point, arc.samples[after].point), Ref{a, k});
-      if (!fresh) {  // two arcs between the same two corners: this one gets a point of its own
-        const double t =
-            0.5 * (arc.samples[k].t +
-                   (after == 0 ? static_cast<double>(of.nodes.size() - 1) : arc.samples[after].t));
-        const Ref kept = it->second;
-        const std::uint64_t kept_key = it->first;
-        insert(a, k, {t, point_at(a, t)});
-        chords_[kept_key] = kept;
+      if (fresh) continue;
+      // Two arcs between the same two corners. Each gets a point of its own, lest what lies between
+      // them have no area; a straight border needs none, a seam takes none.
+      const Ref other = it->second;
+      const auto halve = [&](std::uint32_t of_arc, std::uint32_t from) {
+        const std::vector<ArcSample>& samples = arcs[of_arc].samples;
+        const std::uint32_t to = samples[from].next;
+        const double t1 = to == 0 ? static_cast<double>(arrangement_.arcs[of_arc].nodes.size() - 1)
+                                  : samples[to].t;
+        const double t = 0.5 * (samples[from].t + t1);
+        insert(of_arc, from, {t, point_at(of_arc, t)});
+      };
+      const std::uint64_t both = key(arc.samples[k].point, arc.samples[after].point);
+      const bool halve_other = !arrangement_.arcs[other.arc].seam;
+      if (halve_other) halve(other.arc, other.sample);
+      chords_[both] = {a, k};
+      if (!of.border || !halve_other) {
+        halve(a, k);
+        if (!halve_other) chords_[both] = other;
       }
     }
   }

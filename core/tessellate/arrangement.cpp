@@ -45,6 +45,7 @@ class ArcMaker {
   void run_along_seam(const Seam& seam, bool ahead, PlanArc& arc);
   void make_regions();
   double area_of(const std::vector<ArcUse>& loop) const;
+  [[nodiscard]] double area_beside(const PlanArc& arc) const;
   bool contains(const std::vector<ArcUse>& loop, double x, double y) const;
 
   const Impl& surface_;
@@ -198,7 +199,8 @@ void ArcMaker::make_border() {
 }
 
 double ArcMaker::area_of(const std::vector<ArcUse>& loop) const {
-  double area = 0;
+  double area = 0, around = 0;
+  std::size_t stretches = 0;
   const PlanNode& o = out_.nodes[out_.arcs[loop[0].arc].nodes[0]];
   for (const ArcUse& use : loop) {
     const PlanArc& arc = out_.arcs[use.arc];
@@ -206,10 +208,30 @@ double ArcMaker::area_of(const std::vector<ArcUse>& loop) const {
     for (std::size_t k = 0; k + 1 < arc.nodes.size(); ++k) {
       const PlanNode &a = out_.nodes[arc.nodes[k]], &b = out_.nodes[arc.nodes[k + 1]];
       part += (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+      around += std::fabs(b.x - a.x) + std::fabs(b.y - a.y);
     }
     area += use.forward ? part : -part;
+    stretches += arc.curves.size();
   }
+  // Between few stretches the chords may leave out all that the arcs bound.
+  constexpr std::size_t kFew = 8;
+  if (stretches > kFew || std::fabs(area) > kStraight * around * around) return 0.5 * area;
+  for (const ArcUse& use : loop) area += (use.forward ? 1 : -1) * area_beside(out_.arcs[use.arc]);
   return 0.5 * area;
+}
+
+// Twice the area between an arc and the chords between its nodes, as of parabolas, on its right.
+double ArcMaker::area_beside(const PlanArc& arc) const {
+  double area = 0;
+  for (std::size_t k = 0; k + 1 < arc.nodes.size(); ++k) {
+    const PlanNode &a = out_.nodes[arc.nodes[k]], &b = out_.nodes[arc.nodes[k + 1]];
+    PlanNode m;
+    if (arc.curves[k].type == CurveType::kUnsolved ||
+        !point_on_stretch(surface_, solver_, arc.curves[k], arc.left, arc.right, a, b, 0.5, m))
+      continue;
+    area += 4.0 / 3 * ((m.x - a.x) * (b.y - a.y) - (m.y - a.y) * (b.x - a.x));
+  }
+  return area;
 }
 
 bool ArcMaker::contains(const std::vector<ArcUse>& loop, double x, double y) const {

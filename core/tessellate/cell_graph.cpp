@@ -20,6 +20,9 @@ using Impl = CompoundSurface::Impl;
 // are.
 constexpr int kPasses = 200;
 
+// Part of the least cell down to which corners of several heights are parted.
+constexpr double kDeeper = 0x1p-6;
+
 // Where a change lies on a cell's border: side 0 bottom, 1 right, 2 top, 3 left.
 struct OnBorder {
   std::int32_t info = 0;
@@ -81,6 +84,7 @@ class GraphMaker {
   void settle_cells();
   bool joins(std::int32_t info, const GraphMaker& known);
   bool split_failed(bool last);
+  [[nodiscard]] bool goes_deeper(const CellInfo& info, const TreeCell& c) const;
 
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
@@ -103,6 +107,7 @@ class GraphMaker {
   std::vector<std::int32_t> to_split_;
   std::uint32_t first_new_ = 0;
   std::size_t seam_changes_ = 0;  // taken into the graph
+  bool last_ = false;             // cells are joined as they are
   // What stretches of border between leaves have shown: it does not change as other cells are
   // split.
   std::unordered_map<std::uint64_t, std::vector<LineChange>> known_;
@@ -567,9 +572,10 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     } else if (info.has_vertex || (info.star && !least)) {
       done = join_corner(info, c, items);
     } else {
-      done = join_pairs(info, items, true) || join_corner(info, c, items);
+      done = join_pairs(info, items, true) ||
+             (!(least && goes_deeper(info, c)) && join_corner(info, c, items));
     }
-  } else if (least) {
+  } else if (least && !goes_deeper(info, c)) {
     done = join_corner(info, c, items);
   }
   if (!done) to_split_.push_back(info.cell);
@@ -615,14 +621,24 @@ void GraphMaker::around(std::int32_t c, const Take& take) const {
   }
 }
 
+// Beside a silhouette heights differ by more than the tolerance sees between points of the plan
+// that are 1e-7 of the size apart: what a least cell would make one corner there is looked for a
+// little longer.
+bool GraphMaker::goes_deeper(const CellInfo& info, const TreeCell& c) const {
+  const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
+  return !last_ && info.depth > 0.25 * options_.tolerance && width > kDeeper * options_.least;
+}
+
 // Splits the cells that did not join, or has them joined as they are in the last pass; false where
 // there are none.
 bool GraphMaker::split_failed(bool last) {
   if (to_split_.empty()) return false;
   std::vector<std::int32_t> split;
+  last_ = last;
   for (const std::int32_t c : to_split_) {
     const PlanBox b = cell(c).box;
-    if (last || std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least) {
+    if (last || (cell(c).kind != CellKind::kLeast &&
+                 std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least)) {
       cell(c).kind = CellKind::kLeast;
     } else {
       split.push_back(c);
@@ -637,6 +653,7 @@ bool GraphMaker::joins(std::int32_t info, const GraphMaker& known) {
   graph_ = {};
   found_.clear();
   to_split_.clear();
+  last_ = known.last_;
   const std::int32_t c = tree_.infos[static_cast<std::size_t>(info)].cell;
   around(c, [&](std::int32_t leaf, std::uint8_t side) {
     const auto first = static_cast<std::uint32_t>(graph_.nodes.size());

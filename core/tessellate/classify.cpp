@@ -164,6 +164,17 @@ bool contains(const CellBox& box, const Vec3& p) {
   return std::fabs(p.x() - box.x) <= box.hx && std::fabs(p.y() - box.y) <= box.hy;
 }
 
+// The two silhouette lines of a cone in a box with its apex: its equations are of no use there, but
+// it is known as a body's vertex.
+bool has_apex(const std::vector<BodyVertices>& vertices, const FunctionList& fs,
+              const CellBox& box) {
+  if (fs[0].kind != PlanFunction::Kind::kSilhouette || fs[1].kind != fs[0].kind ||
+      fs[0].solid != fs[1].solid)
+    return false;
+  const std::vector<Vec3>& points = vertices[static_cast<std::size_t>(fs[0].solid)].points;
+  return std::any_of(points.begin(), points.end(), [&](const Vec3& p) { return contains(box, p); });
+}
+
 void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
             CellVerdict& v) {
   FunctionList& fs = v.functions;
@@ -182,7 +193,8 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     // The apex of a tilted cone on its own silhouette is a body vertex below.
     if (v.kind == CellKind::kArc) return;
   }
-  if (fs.count == 2 && fs[0].regular() && fs[1].regular() && is_transverse(fs[0], fs[1])) {
+  if (fs.count == 2 && fs[0].regular() && fs[1].regular() && is_transverse(fs[0], fs[1]) &&
+      !has_apex(vertices, fs, box)) {
     v.kind = CellKind::kCorner;
     return;
   }

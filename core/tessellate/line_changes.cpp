@@ -8,11 +8,12 @@ namespace diesink {
 
 void ChangeSearch::find(const Vec2& p, const Vec2& q, const std::vector<std::uint32_t>& steps,
                         std::vector<LineChange>& out) const {
-  search(sample(p), sample(q), steps, 0, out);
+  // Sides of cells smaller than the least are searched as finely as theirs.
+  search(sample(p), sample(q), steps, 0, 0.25 * std::fmin(least_, (q - p).norm()), out);
 }
 
 void ChangeSearch::search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps,
-                          int depth, std::vector<LineChange>& out) const {
+                          int depth, double shortest, std::vector<LineChange>& out) const {
   std::vector<std::uint32_t> here = steps;
   CellVerdict verdict;
   const CellBox box = CellBox::of({p.p.x(), q.p.x(), p.p.y(), q.p.y()});
@@ -25,15 +26,15 @@ void ChangeSearch::search(const Sample& p, const Sample& q, const std::vector<st
   const bool single = regular && verdict.functions.count <= 1;
   const double length = 2 * std::fmax(box.hx, box.hy);
   // Lines that cross the border once each are told apart as long as ties do not make them one.
-  const double least = regular ? 4 * surface_.tie : 0.25 * least_;
+  const double least = regular ? 4 * surface_.tie : shortest;
   if (single || length <= least || depth > 60) {
     if (p.state.label != q.state.label) add_change(p, q, out);
     return;
   }
   // p + s (q - p): the line's own coordinate stays as it is to the bit.
   const Sample mid = sample(p.p + 0.5069 * (q.p - p.p));
-  search(p, mid, here, depth + 1, out);
-  search(mid, q, here, depth + 1, out);
+  search(p, mid, here, depth + 1, shortest, out);
+  search(mid, q, here, depth + 1, shortest, out);
 }
 
 void ChangeSearch::add_change(const Sample& p, const Sample& q,

@@ -43,7 +43,7 @@ class ChangeSearch {
     return {p, surface_.evaluate_face(p.x(), p.y())};
   }
   void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth,
-              std::vector<LineChange>& out) const;
+              double shortest, std::vector<LineChange>& out) const;
   void add_change(const Sample& p, const Sample& q, std::vector<LineChange>& out) const;
 
   const CompoundSurface::Impl& surface_;

@@ -266,6 +266,22 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
       const auto ends = [&](const SurfaceRef& own, bool plus, const Vec2& inside) {
         if (own.solid < 0) return false;
         const BodyLine& body = surface_->bodies[static_cast<std::size_t>(own.solid)];
+        // Two lines that meet in an apex, or never, are two curves.
+        const auto line_of = [&](const Vec2& on) {
+          std::uint8_t nearest = 0, number = 0;
+          double least = std::numeric_limits<double>::infinity();
+          for (const PlanHalf& h : body.silhouette_lines()) {
+            const double away = std::fabs(h.a * (on.x() - body.center_x()) +
+                                          h.b * (on.y() - body.center_y()) + h.c) /
+                                std::hypot(h.a, h.b);
+            if (away < least) {
+              least = away;
+              nearest = number;
+            }
+            ++number;
+          }
+          return nearest;
+        };
         const auto attempt = [&](std::uint8_t face) {
           const SurfaceRef other{own.solid, face};
           if (other == own) return false;
@@ -275,6 +291,7 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
             return false;
           if (!borders(body, shadow, p + t * d, z)) return false;
           accept(CurveType::kShadow, own, other, plus);
+          if (face == SurfaceRef::kSilhouetteFace) change.curve.line = line_of(p + t * d);
           return true;
         };
         if (body.has_side() && own.face == kFaceSide && body.side_rule() == SideRule::kBetween &&

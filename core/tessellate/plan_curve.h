@@ -39,9 +39,11 @@ struct PlanCurve {
   SurfaceRef first, second;
   bool upper =
       true;  // a shadow: the end of the body's upper faces (an added body), else of its lower ones
+  std::uint8_t line = 0;  // a silhouette of two lines: which of them
   [[nodiscard]] bool same_as(const PlanCurve& other) const {
-    return type == other.type && ((first == other.first && second == other.second) ||
-                                  (first == other.second && second == other.first));
+    return type == other.type && line == other.line &&
+           ((first == other.first && second == other.second) ||
+            (first == other.second && second == other.first));
   }
 };
 

@@ -12,6 +12,7 @@
 
 #include "core/parallel.h"
 #include "core/tessellate/deviation_filter.h"
+#include "core/tessellate/unfold.h"
 
 namespace diesink {
 namespace {
@@ -23,8 +24,12 @@ constexpr double kLeastRoom = 0.3;
 // Of the chart's own spacing, which is for triangles that are regular: those of refinement are not
 // quite.
 constexpr double kSpacing = 0.93;
+// Rounds of splitting chords that leave triangles too little of the tolerance.
+constexpr int kTightRounds = 3;
 // Slopes between triangle and face up to which what lies near a chord can be told apart.
 constexpr double kGentle = 0.5;
+// Altitude of a triangle, relative to the size, that is none.
+constexpr double kFlat = 2e-12;
 // Rounds of splitting chords for triangles that look down.
 constexpr int kTurnedRounds = 12;
 
@@ -37,7 +42,8 @@ class Region {
         deviation_(deviation),
         options_(options),
         chart_(surface, arrangement.regions[index].label, deviation.base()),
-        filter_(deviation, arrangement.regions[index].label) {
+        filter_(deviation, arrangement.regions[index].label),
+        flat_(kFlat * surface.size) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
   }
@@ -64,10 +70,13 @@ class Region {
   }
   std::uint32_t local(std::uint32_t arc_point);
   std::vector<Chord> chords_of_turned();
+  std::vector<Chord> chords_of_tight();
+  void renew_border_bounds();
   void insert_apex();
   void insert_grid();
   [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
   [[nodiscard]] bool looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] bool has_no_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   // Distance between the triangle and its face, that of its vertices' chords from their arcs, and
   // both.
@@ -86,13 +95,16 @@ class Region {
   const RegionOptions& options_;
   FaceChart chart_;
   DeviationFilter filter_;
+  double flat_;  // altitude of a triangle without area
   PlanarTriangulation triangulation_;
   RegionMesh mesh_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_of_;
   std::vector<Vec2> points_;
-  std::vector<double> spacing_;  // of each vertex, chart length
+  std::vector<double> spacing_;                           // of each vertex, chart length
+  std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
   bool built_ = false, broken_ = false, urgent_ = false;
-  int turned_rounds_ = 0;
+  mutable bool tight_ = false;  // arcs leave some triangle no room
+  int turned_rounds_ = 0, tight_rounds_ = 0;
 };
 
 std::uint32_t Region::local(std::uint32_t arc_point) {
@@ -303,7 +315,10 @@ bool Region::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   if (side == DeviationFilter::Side::kBeyond && 0.57 * longest > tolerance) return true;
   // What arcs leave no room for, vertices inside cannot mend.
   const double face = face_bound_of(a, b, c);
-  return face > kLeastRoom * tolerance && bound_of(face, a, b, c) > tolerance;
+  if (bound_of(face, a, b, c) <= tolerance) return false;
+  if (face > kLeastRoom * tolerance) return true;
+  tight_ = true;
+  return false;
 }
 
 // By more than rounding turns an upright triangle.
@@ -311,6 +326,11 @@ bool Region::looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   const Vec3 u = mesh_.position[b] - mesh_.position[a], v = mesh_.position[c] - mesh_.position[a];
   const Vec3 n = u.cross(v);
   return n.z() < 0 && n.z() < -1e-9 * n.norm();
+}
+
+bool Region::has_no_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
+  return !((q - p).cross(r - p).norm() > flat_ * longest_edge(a, b, c));
 }
 
 std::vector<Region::Chord> Region::refine() {
@@ -352,6 +372,54 @@ std::vector<Region::Chord> Region::refine() {
     urgent_ = !chords.empty();
     if (urgent_) ++turned_rounds_;
   }
+  if (chords.empty() && tight_ && tight_rounds_ < kTightRounds) {
+    chords = chords_of_tight();
+    tight_ = !chords.empty();
+    ++tight_rounds_;
+  }
+  return chords;
+}
+
+// The bounds of chords as they are now: splits have left those of their ends as they were.
+void Region::renew_border_bounds() {
+  worst_chord_.clear();
+  std::fill(mesh_.border_bound.begin(), mesh_.border_bound.end(), 0);
+  std::vector<std::uint32_t> chain;
+  for (const std::vector<ArcUse>& loop : arrangement_.regions[mesh_.region].loops) {
+    for (const ArcUse& use : loop) {
+      samples_.chain(use.arc, chain);
+      for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+        const double d = samples_.chord_bound(chain[k], chain[k + 1]);
+        for (const std::uint32_t p : {chain[k], chain[k + 1]}) {
+          const auto own = local_of_.find(p);
+          if (own == local_of_.end()) continue;
+          double& most = mesh_.border_bound[own->second];
+          if (d > most) worst_chord_[own->second] = {chain[k], chain[k + 1]};
+          most = std::fmax(most, d);
+        }
+      }
+    }
+  }
+}
+
+// In the narrow end between two arcs a triangle's own bound and that of its chords add up: chords
+// that leave it too little room are split.
+std::vector<Region::Chord> Region::chords_of_tight() {
+  renew_border_bounds();
+  std::vector<Chord> chords;
+  for (const auto& t : triangulation_.triangles()) {
+    if (border_bound_of(t[0], t[1], t[2]) == 0 ||
+        bound_of(face_bound_of(t[0], t[1], t[2]), t[0], t[1], t[2]) <= options_.tolerance)
+      continue;
+    std::uint32_t worst = t[0];
+    for (const std::uint32_t v : t) {
+      if (mesh_.border_bound[v] > mesh_.border_bound[worst]) worst = v;
+    }
+    const auto chord = worst_chord_.find(worst);
+    if (chord != worst_chord_.end()) chords.push_back(chord->second);
+  }
+  std::sort(chords.begin(), chords.end());
+  chords.erase(std::unique(chords.begin(), chords.end()), chords.end());
   return chords;
 }
 
@@ -361,11 +429,20 @@ std::vector<Region::Chord> Region::chords_of_turned() {
   std::vector<Chord> chords;
   for (const auto& t : triangulation_.triangles()) {
     if (!looks_down(t[0], t[1], t[2])) continue;
+    // The longest alone: where two arcs leave a corner in one direction short chords of the one
+    // cross long ones of the other for ever, however short.
+    Chord longest{};
+    double length = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t p = mesh_.arc_point[t[k]], q = mesh_.arc_point[t[(k + 1) % 3]];
-      if (p != ArcSamples::kNone && q != ArcSamples::kNone && samples_.is_chord(p, q))
-        chords.push_back({p, q});
+      const std::uint32_t u = t[k], v = t[(k + 1) % 3];
+      const std::uint32_t p = mesh_.arc_point[u], q = mesh_.arc_point[v];
+      if (p == ArcSamples::kNone || q == ArcSamples::kNone || !samples_.is_chord(p, q)) continue;
+      const double own = (mesh_.position[u] - mesh_.position[v]).norm();
+      if (!(own > length)) continue;
+      length = own;
+      longest = {p, q};
     }
+    if (length > 0) chords.push_back(longest);
   }
   return chords;
 }
@@ -394,6 +471,16 @@ void Region::keep(const Chord& chord) {
 
 RegionMesh Region::finish() {
   mesh_.triangles = triangulation_.triangles();
+  if (tight_rounds_ > 0) renew_border_bounds();
+  UnfoldRules rules;
+  rules.tolerance = options_.tolerance * (1 + 1e-9);
+  rules.is_wrong = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    return looks_down(a, b, c) || has_no_area(a, b, c);
+  };
+  rules.bound = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    return bound_of(face_bound_of(a, b, c), a, b, c);
+  };
+  unfold(mesh_.position, rules, mesh_.triangles);
   for (const auto& t : mesh_.triangles) {
     const double known = std::fmin(mesh_.largest_deviation, options_.tolerance);
     if (known > 0 && std::max({t[0], t[1], t[2]}) < filter_.size() &&

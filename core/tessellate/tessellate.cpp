@@ -13,6 +13,7 @@
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
+#include "core/tessellate/last_check.h"
 #include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/seam.h"
@@ -203,6 +204,7 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
     most = std::fmax(most, r.largest_deviation);
   }
   report.uncertified_area += samples->unproven_length * 2 * samples->largest_deviation;
+  last_check(surface, options.threads, *made);
   report.seconds_evaluate = evaluate;
   report.seconds_tessellate = seconds_since(start) - evaluate;
   tell(1);

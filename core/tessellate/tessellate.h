@@ -50,7 +50,16 @@ struct CurveReport {
   bool closed = false;
 };
 
+// What the last check of the finished mesh could not confirm (last_check.h).
+struct MeshDoubt {
+  Vec3 place = Vec3::Zero();
+  std::string element;  // of the triangle there; empty where there is none
+  std::string what;
+  double area = 0;  // in plan, part of uncertified_area
+};
+
 struct TessellationReport {
+  static constexpr std::size_t kMostDoubts = 8;
   std::size_t crease_vertices = 0, jump_vertices = 0, corner_vertices = 0;
   double tolerance = 0;
   double certified_deviation = 0;  // a bound, not a sample
@@ -61,6 +70,8 @@ struct TessellationReport {
   std::array<Vec3, 2> bounds{Vec3::Zero(), Vec3::Zero()};
   std::vector<ElementReport> elements;
   std::vector<CurveReport> curves;
+  std::vector<MeshDoubt> doubts;  // the first kMostDoubts of them
+  std::size_t doubt_count = 0;
   double seconds_evaluate = 0, seconds_tessellate = 0;
 };
 

@@ -17,6 +17,7 @@
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
+#include "core/tessellate/last_check.h"
 #include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/scan_arcs.h"
@@ -264,6 +265,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   report.certified_deviation += moved;
   report.uncertified_area +=
       (samples.unproven_length + arcs.unsolved_length) * 2 * report.certified_deviation;
+  last_check(original, options.threads, *made);
   report.seconds_evaluate = evaluate;
   report.seconds_tessellate = seconds_since(start);
   tell(1);

@@ -115,7 +115,8 @@ class MeshInPlan {
 // Whether the surface, completed by its walls, comes within `t` of p: the ball about p reaches both
 // above and below it, or a point of it lies in the ball. `effort`: directions. Where the ball
 // reaches over the surface's outline the last point before it counts, which is steep there at a
-// silhouette and would be missed.
+// silhouette and would be missed. Beside p it is looked for at every scale: the walls of a shaft
+// may stand a thousandth of `t` apart.
 inline bool surface_within(const CompoundSurface& surface, const Vec3& p, double t, int effort) {
   bool above = false, below = false;
   const bool over_surface = surface.at(p.x(), p.y()).has_value();
@@ -136,6 +137,14 @@ inline bool surface_within(const CompoundSurface& surface, const Vec3& p, double
     return (above && below) || (Vec3(q.x(), q.y(), hit->z) - p).norm() <= t;
   };
   if (see(p) || see(p + Vec3(0, 0, t)) || see(p - Vec3(0, 0, t))) return true;
+  if (effort >= 200) {
+    for (double r = 1e-10 * surface.size(); r < t; r *= 3) {
+      for (int i = 0; i < 16; ++i) {
+        const double turn = 2 * std::numbers::pi * (i + 0.37) / 16;
+        if (see(p + r * Vec3(std::cos(turn), std::sin(turn), 0))) return true;
+      }
+    }
+  }
   for (const double r : {1.0, 0.6, 0.2}) {
     for (int i = 0; i < effort; ++i) {
       const double z = 1 - (2 * i + 1.0) / effort, s = std::sqrt(1 - z * z);

@@ -228,6 +228,62 @@ inline std::vector<NamedCase> named_cases() {
        "SOLID-DEF\n" + pyramid("P", {0, 0, 10, 10}, 6) +
            "BSURF-DEF\n3,3\n0,0,0\n20,0,2\n40,0,0\n0,20,0\n20,20,4\n40,20,2\n0,40,0\n"
            "20,40,2\n40,40,1\nBOOLE-DEF\nB+P\nMACHI-DEF\nTOLER,.01\n"},
+      // The apex stands out in plan: both lines of the silhouette end in it.
+      {"ApexOverhanging",
+       "SOLID-DEF\nS,ECONE,2\nP1,58.973,54.625,1.4625\nNOR,.7198,-1.18751,.51733\n"
+       "LVE,.98414,.30458,.05892\nL-R,18.01308\nS-R,5.2536\nLEN,20.07227\nBSURF-DEF\n"
+       "PLANE\nP1,50,50,-.67124\nNOR,.12319,.18827,1\nBOOLE-DEF\nB+S\nMACHI-DEF\n"
+       "X-RNG,0,100\nY-RNG,0,100\nTOLER,.1\n",
+       0.1},
+      // One ruling is nearly upright: what is well-shaped on the cone folds over in plan.
+      {"SteepFlank",
+       "SOLID-DEF\nS,R-CONE,1\nP1,37.31215,38.36654,-8.99594\n"
+       "P2,31.71731,38.64511,-.46972\nRAD,6.75788\nBOOLE-DEF\nS\nMACHI-DEF\n"
+       "X-RNG,0,100\nY-RNG,0,100\nTOLER,.01\n",
+       0.01},
+      // Of one face no more than its border and one chord.
+      {"CapAtTheBorder",
+       "SOLID-DEF\nS,PARAB,1\nP1,97.25544,74.59558,6.38771\n"
+       "P2,106.75407,66.23908,10.69594\nRAD,9.60146\nBOOLE-DEF\nS\nMACHI-DEF\n"
+       "X-RNG,0,100\nY-RNG,0,100\nTOLER,.3\n",
+       0.3},
+      // An edge over a silhouette, lower by 0.02: the wall is 1e-5 long.
+      {"WallFadingBesideSilhouette",
+       "SOLID-DEF\nS7,PYRAM,1\n"
+       "P1,33.355950973282425,38.522092946483326,-2.4380891825013995\n"
+       "P2,+28.17867112880189,39.50317947231584,-8.748067426640404\n"
+       "P3,18.98346703999738,+39.503673122652536,-2.094125043162193\n"
+       "P4,22.358785539690466,38.606748236851395,4.657875876804964\n"
+       "P5,30.77362102630215,+33.403661820947725,-1.4571853368195735\nS12,RCYL,2\n"
+       "LEN,4.628700460200571\n"
+       "NOR,-2.4305727480033763,-1.29540474858829,3.716641180436567\n"
+       "P1,19.11162500659742,44.229534067829945,-3.351105953606048\n"
+       "RAD,+6.045310849215414\nBOOLE-DEF\nS7+S12\nMACHI-DEF\nX-RNG,0,100\n"
+       "Y-RNG,0,100\nTOLER,.01\n",
+       0.01},
+      // A crease runs along a silhouette, up and down on a steep flank.
+      {"FlankBesideSilhouette",
+       "SOLID-DEF\nS1,PYRAM\n"
+       "P1,11.944171381273827,67.23909893065074,-25.361354794017338\n"
+       "P2,11.944171381273827,63.1978466084415,0.6996837078416664\n"
+       "P3,11.944171381273827,+86.80084336101956,2.3990337056535154\n"
+       "P4,11.944171381273827,102.85533928577937,-14.555398998487762\n"
+       "P5,2.8253319438498288,63.232914777063726,-11.978714207793484\nS3,R-CONE,1\n"
+       "P1,19.536989296496156,87.26700100930675,-5.289453236322225\n"
+       "P2,+8.111512463765324,72.33836199600789,-26.95399191041863\n"
+       "RAD,24.865420812250086\nBOOLE-DEF\nS1+S3\nMACHI-DEF\nX-RNG,0,100\n"
+       "Y-RNG,0,100\nTOLER,.1\n",
+       0.1},
+      // The border of the base turns sharply seven times a side.
+      {"ZigzagBase",
+       "SOLID-DEF\nS1,ECONE,2\nP1,43.089,21.797,-11.712\nNOR,1.3018,0.608,-3.9734\n"
+       "LVE,-0.6051,0.8013,0.024\nL-R,12.433\nS-R,6.899\nLEN,32.761\nBSURF-DEF\n2,7\n"
+       "-5.75,-0.33,-3.61\n103.74,0.98,9.14\n-4.19,15.94,-1.63\n92.05,16.57,-2.34\n"
+       "-2.42,33.57,-1.89\n106.68,33.33,-7.83\n6.25,48.79,-6.61\n99,50.84,-0.44\n"
+       "6.12,67.6,2.62\n105.9,65.8,-3.68\n0.79,84.04,8.66\n94.8,82.21,4.35\n"
+       "-3,100.46,-3.02\n104.79,99.74,9.69\nBOOLE-DEF\nB-S1\nMACHI-DEF\nX-RNG,0,100\n"
+       "Y-RNG,0,100\nTOLER,.1\n",
+       0.1},
   };
 }
 
