@@ -141,8 +141,10 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
 // the other surface reaches the silhouette's height, and from there on the faces meet. With q on
 // the other surface phi = q2 l² - disc / q2 (l: middle plane above it), the face shows where l >= 0
 // and disc >= 0, or l < 0 and phi <= 0: one arc, if both are graphs over the same axis, rising the
-// same way.
-bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellVerdict& v) {
+// same way, and it changes from one to the other once at most: l does not vanish, or vanishes on
+// the silhouette in one point. (A crease may leave a rim and come back to it within a hair.)
+bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBox& box,
+                      const CellVerdict& v) {
   const bool f_first = f.kind == PlanFunction::Kind::kSilhouette;
   const PlanFunction& silhouette = f_first ? f : g;
   const PlanFunction& crossing = f_first ? g : f;
@@ -150,14 +152,24 @@ bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellVe
       crossing.kind != PlanFunction::Kind::kCrossing)
     return false;
   if (v.hole || !crossing.implicit_side) return false;
-  bool own = false;
+  const FaceOver *own = nullptr, *other = nullptr;
   for (const FaceOver& c : v.candidates) {
-    own = own || (c.solid == silhouette.solid && c.side && c.label == crossing.implicit_label);
+    const bool is_own = c.solid == silhouette.solid && c.side && c.label == crossing.implicit_label;
+    (is_own ? own : other) = &c;
   }
   const auto opposed = [](const Range& a, const Range& b) {
     return (a.lo > 0 && b.hi < 0) || (a.hi < 0 && b.lo > 0);
   };
-  return own && (opposed(silhouette.gx, crossing.gx) || opposed(silhouette.gy, crossing.gy));
+  if (own == nullptr || other == nullptr || !own->has_mid ||
+      !(opposed(silhouette.gx, crossing.gx) || opposed(silhouette.gy, crossing.gy)))
+    return false;
+  const double l = own->mc - other->c, reach = std::fabs(own->mgx - other->gx) * box.hx +
+                                               std::fabs(own->mgy - other->gy) * box.hy;
+  if (l - reach - other->hi > 0 || l + reach - other->lo < 0) return true;
+  PlanFunction level;
+  level.gx = {own->mgx - other->zx.hi, own->mgx - other->zx.lo};
+  level.gy = {own->mgy - other->zy.hi, own->mgy - other->zy.lo};
+  return is_transverse(level, silhouette);
 }
 
 bool contains(const CellBox& box, const Vec3& p) {
@@ -207,7 +219,7 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     v.kind = CellKind::kCorner;  // arcs side by side, joined curve by curve
     return;
   }
-  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], v)) {
+  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, v)) {
     v.kind = CellKind::kCorner;
     return;
   }
