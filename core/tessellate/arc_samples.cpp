@@ -427,7 +427,7 @@ double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const 
     double most = lateral;
     for (const Label label : {arc.left, arc.right}) {
       if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
-        most = std::fmax(most, beside(lateral, label, p, q));
+        most = std::fmax(most, beside(lateral, label, p, q, curve));
     }
     return most;
   }
@@ -450,22 +450,36 @@ double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const 
   double most = lateral;
   for (const Label label : {arc.left, arc.right}) {
     if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
-      most = std::fmax(most, beside(lateral, label, p, q));
+      most = std::fmax(most, beside(lateral, label, p, q, curve));
   }
   return most;
 }
 
-// The other side's border lies under the same plan curve: sideways as far, up and down by its slope
-// there.
-double ArcSamples::beside(double lateral, Label label, const ArcPoint& a, const ArcPoint& b) const {
+// The other side's border lies under or over the same plan curve. Where the upright surface on the
+// plan curve is known it is where that meets the face; else it is as far from its chord as the cut
+// of its face by the upright plane through the chord, then sideways as far as the plan curve, up
+// and down by its slope there.
+double ArcSamples::beside(double lateral, Label label, const ArcPoint& a, const ArcPoint& b,
+                          const PlanCurve& curve) const {
   if (!(lateral < 1e300) || label == kNoLabel) return lateral;
   const FaceChart& chart = charts_.at(label);
-  double most = lateral;
+  const double length = std::hypot(b.x - a.x, b.y - a.y);
+  double aslant = lateral;
   for (const ArcPoint* n : {&a, &b}) {
     const double nz = chart.normal(lifted(*n, label)).z();
-    if (nz > 1e-3) most = std::fmax(most, lateral / nz);
+    if (nz > 1e-3) aslant = std::fmax(aslant, lateral / nz);
   }
-  return most;
+  if (is_scan(label) || chart.is_plane() || !(length > 0)) return aslant;
+  CurvePair cut;
+  cut.f = solver_.implicit(solver_.ref_of(label));
+  if (const std::optional<Implicit> upright = solver_.upright(curve)) {
+    cut.g = *upright;
+    return std::fmax(lateral, chord_deviation(cut, lifted(a, label), lifted(b, label)));
+  }
+  cut.g.kind = Implicit::Kind::kPlane;
+  cut.g.c = Vec3(a.x, a.y, 0);
+  cut.g.n = Vec3((b.y - a.y) / length, (a.x - b.x) / length, 0);
+  return aslant + chord_deviation(cut, lifted(a, label), lifted(b, label));
 }
 
 std::uint32_t ArcSamples::insert(std::uint32_t a, std::uint32_t after, const Trial& trial) {
@@ -492,8 +506,18 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   SampledArc& arc = arcs[a];
   const std::uint32_t next = arc.samples[n].next;
   const double d = bound(a, arc.samples[n], arc.samples[next]);
-  if (d > (has_scan(a) ? kScanSlack : kSlack) * sag_of(a) && depth < kCertifyDepth &&
-      options_.grid_x == nullptr && !arrangement_.arcs[a].seam) {
+  // Over the far side of a wall two bounds are added, to more than the sag that is there: as long
+  // as the tolerance holds the sum is well.
+  const PlanArc& own = arrangement_.arcs[a];
+  const bool wall =
+      !own.border && own.left != kNoLabel && own.right != kNoLabel &&
+      own.curves[std::min(static_cast<std::size_t>(arc.samples[n].t), own.curves.size() - 1)]
+              .type != CurveType::kMeet;
+  const double most = has_scan(a) ? kScanSlack * sag_of(a)
+                      : wall      ? options_.tolerance
+                                  : kSlack * sag_of(a);
+  if (d > most && depth < kCertifyDepth && options_.grid_x == nullptr &&
+      !arrangement_.arcs[a].seam) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t

@@ -78,6 +78,7 @@ class Assembler {
   const TessellationOptions& options_;
   Tessellation out_;
   std::map<std::string, std::uint32_t> element_of_;
+  std::map<std::uint32_t, double> wall_bound_;  // of walls and skirts: of the chords they stand on
   std::vector<std::vector<std::uint32_t>> inner_creases_;
   std::vector<Column> columns_;
   PinchedNodes pinched_;
@@ -347,6 +348,8 @@ void Assembler::add_walls() {
       const std::uint32_t p = chain[k], q = chain[k + 1];
       const double pl = left_z(p), pr = right_z(p), ql = left_z(q), qr = right_z(q);
       if (pl == pr && ql == qr) continue;
+      double& bound = wall_bound_[e];
+      bound = std::fmax(bound, samples_.chord_bound(p, q));
       const double s = pl - pr + ql - qr >= 0 ? 1 : -1;
       const Vec2 tp = normal_at(k), tq = normal_at(k + 1);
       const ArcEnd first{a, false}, last{a, true};
@@ -515,6 +518,7 @@ Result<Tessellation> Assembler::run() {
   }
   split_fans(out_.mesh, pinches);
   fill_report(compound_, out_, floor_, out_.report);
+  for (const auto& [e, bound] : wall_bound_) out_.report.elements[e].max_deviation = bound;
   out_.report.domain = {arrangement_.box.x0, arrangement_.box.x1, arrangement_.box.y0,
                         arrangement_.box.y1};
   return std::move(out_);

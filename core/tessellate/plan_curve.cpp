@@ -34,6 +34,41 @@ Implicit CurveSolver::implicit(const SurfaceRef& ref) const {
   return face_implicit(body, ref.face);
 }
 
+std::optional<Implicit> CurveSolver::upright(const PlanCurve& curve) const {
+  if (curve.type != CurveType::kShadow || curve.first.solid < 0) return std::nullopt;
+  for (const SurfaceRef& ref : {curve.first, curve.second}) {
+    if (ref.solid < 0 || ref.face == SurfaceRef::kSilhouetteFace) continue;
+    const Implicit f = implicit(ref);
+    if (f.kind == Implicit::Kind::kPlane
+            ? f.n.z() == 0
+            : f.k.z() == 0 && f.l == 0 && f.frame(0, 2) == 0 && f.frame(1, 2) == 0)
+      return f;
+  }
+  const auto* body = std::get_if<QuadricBody>(
+      &surface_->bodies[static_cast<std::size_t>(curve.first.solid)].body());
+  if (curve.second.face != SurfaceRef::kSilhouetteFace || body == nullptr ||
+      body->shape != QuadricShape::kEllipsoid)
+    return std::nullopt;
+  // r'Q r = 1 has one root over the plan where r'Sr = 1, S what is left of Q without z.
+  const Mat3 q =
+      body->frame.transpose() *
+      Vec3(1 / (body->A * body->A), 1 / (body->B * body->B), 1 / (body->C * body->C)).asDiagonal() *
+      body->frame;
+  const double xx = q(0, 0) - q(0, 2) * q(0, 2) / q(2, 2),
+               xy = q(0, 1) - q(0, 2) * q(1, 2) / q(2, 2),
+               yy = q(1, 1) - q(1, 2) * q(1, 2) / q(2, 2);
+  const double turn = 0.5 * std::atan2(2 * xy, xx - yy), c = std::cos(turn), s = std::sin(turn);
+  Implicit f;
+  f.kind = Implicit::Kind::kQuadric;
+  f.c = body->p;
+  f.frame << c, s, 0, -s, c, 0, 0, 0, 1;
+  const double scale = 0.5 * std::fmin(std::fmin(body->A, body->B), body->C);  // a length
+  f.k = scale *
+        Vec3(xx * c * c + 2 * xy * c * s + yy * s * s, xx * s * s - 2 * xy * c * s + yy * c * c, 0);
+  f.m = -scale;
+  return f;
+}
+
 SurfaceRef CurveSolver::ref_of(Label label) const {
   if (label == kNoLabel) return {};
   const CompoundStep& step =

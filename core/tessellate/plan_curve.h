@@ -68,6 +68,9 @@ class CurveSolver {
   explicit CurveSolver(const CompoundSurface::Impl& surface);
 
   [[nodiscard]] Implicit implicit(const SurfaceRef& ref) const;
+  // The upright surface over a shadow's plan curve, where it is a plane or a quadric of its own:
+  // upright sides, and the silhouettes of ellipsoids.
+  [[nodiscard]] std::optional<Implicit> upright(const PlanCurve& curve) const;
   [[nodiscard]] SurfaceRef ref_of(Label label) const;
 
   // Height of a label's own surface over (x, y); false where it has none.

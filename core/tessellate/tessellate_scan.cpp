@@ -254,6 +254,9 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   report.tolerance = tolerance;
   report.uncertified_area = arrangement->uncertified_area + sheet.unproven_area;
   report.certified_deviation = samples.largest_deviation;
+  for (ElementReport& e : report.elements) {
+    if (e.max_deviation > 0) e.max_deviation += moved;  // walls know their chords'
+  }
   for (const RegionMesh& r : *regions) {
     report.uncertified_area += r.unproven_area;
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);

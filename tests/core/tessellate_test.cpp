@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <sstream>
 
@@ -240,6 +241,112 @@ TEST(Tessellate, RandomProgramsAreProved) {
     options.tessellation.tolerance = 0.1;
     options.tessellation.solid = seed % 2 == 0;
     EXPECT_EQ(prove(surface_of(random_part_program(seed, program)), options), "") << seed;
+  }
+}
+
+// Random points of every element against its own bound: of walls and of faces of the base by the
+// ball of that radius, which has to reach the surface; of other faces by the distance to their own
+// plane or quadric, to first order (hence the hundredth). Bounds are no more than a few times what
+// they bound.
+TEST(Tessellate, DeviationsOfElementsAreTheirOwn) {
+  struct Part {
+    const char* what;
+    CompoundSurface surface;
+    double tolerance;
+  };
+  std::vector<Part> parts;
+  for (const char* name : {"fig6", "allprims", "spheres"})
+    parts.push_back({name, fixture(name), 0.05});
+  parts.push_back(
+      {"walls",
+       surface_of(on_plane(sphere("S", "14,20,6", "7") + cylinder("A", "28,20,-1", "30,20,9", "6") +
+                               cylinder("C", "31,7,-4", "31,7,9", "5"),
+                           "+S+A-C")),
+       0.03});
+  int walls = 0, faces = 0;
+  for (const Part& part : parts) {
+    TessellationOptions options;
+    options.tolerance = part.tolerance;
+    options.solid = true;
+    const Result<Tessellation> made = tessellate(part.surface, options);
+    ASSERT_TRUE(made) << part.what;
+    const TriangleMesh& mesh = made->mesh;
+    std::map<std::string, Label> labels;
+    for (int row = 0; row < part.surface.row_count(); ++row) {
+      const int number = part.surface.surface_of_row(row);
+      if (number == 0) {
+        labels.emplace("B", make_label(row, 0));
+        continue;
+      }
+      for (const std::uint8_t face :
+           face_numbers(part.surface.program().solids[static_cast<std::size_t>(number - 1)].body))
+        labels.emplace(part.surface.element_name(make_label(row, face)), make_label(row, face));
+    }
+    std::vector<double> worst(mesh.elements.size(), 0);
+    Random random(11);
+    Tally off;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const std::uint32_t e = mesh.triangle_element[t];
+      const ElementRole role = role_of(mesh, t);
+      if (role == ElementRole::kFloor || role == ElementRole::kSkirt) continue;
+      const double bound = made->report.elements[e].max_deviation;
+      const auto& v = mesh.triangles[t];
+      const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
+      for (int k = 0; k < 2; ++k) {
+        double u = k == 0 ? 1.0 / 3 : random.uniform(0, 1),
+               w = k == 0 ? 1.0 / 3 : random.uniform(0, 1);
+        if (u + w > 1) {
+          u = 1 - u;
+          w = 1 - w;
+        }
+        const Vec3 p = a + u * (b - a) + w * (c - a);
+        const auto label = labels.find(mesh.elements[e].name);
+        if (role == ElementRole::kWall) {
+          // (A silhouette counts as inside to some 1e-11 of the size.)
+          const double ball = bound * (1 + 1e-6) + 1e-9 * part.surface.size();
+          if (t % 5 == 0 && !surface_within(part.surface, p, ball)) off(p);
+          continue;
+        }
+        ASSERT_TRUE(label != labels.end()) << mesh.elements[e].name;
+        worst[e] = std::max(worst[e], face_distance(part.surface, label->second, p));
+      }
+    }
+    EXPECT_EQ(off.count, 0u) << part.what << " first at " << off.first.transpose();
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+      const ElementReport& told = made->report.elements[e];
+      walls += told.name.ends_with(".wall") && told.max_deviation > 0 ? 1 : 0;
+      EXPECT_LE(told.max_deviation, part.tolerance) << part.what << ' ' << told.name;
+      // Beside an arc the chord's bound counts, not the sum (docs/tessellation.md).
+      EXPECT_LE(worst[e], 1.01 * told.max_deviation + 1e-11 * part.surface.size())
+          << part.what << ' ' << told.name;
+      if (worst[e] > 0.1 * part.tolerance) {
+        EXPECT_GE(worst[e], 0.3 * told.max_deviation) << part.what << ' ' << told.name;
+        ++faces;
+      }
+    }
+  }
+  EXPECT_GE(walls, 5);
+  EXPECT_GE(faces, 10);
+  // The wall of an upright cylinder is off by the sag of its chords, no less.
+  TessellationOptions options;
+  options.tolerance = 0.03;
+  const Result<Tessellation> made =
+      tessellate(surface_of(on_plane(cylinder("A", "20,20,-1", "20,20,6", "8"), "+A")), options);
+  ASSERT_TRUE(made);
+  for (std::size_t e = 0; e < made->mesh.elements.size(); ++e) {
+    if (made->mesh.elements[e].name != "A.wall") continue;
+    double sag = 0;
+    for (std::size_t t = 0; t < made->mesh.triangles.size(); ++t) {
+      if (made->mesh.triangle_element[t] != e) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 m = 0.5 * (made->mesh.positions[made->mesh.triangles[t][k]] +
+                              made->mesh.positions[made->mesh.triangles[t][(k + 1) % 3]]);
+        sag = std::max(sag, 8 - std::hypot(m.x() - 20, m.y() - 20));
+      }
+    }
+    EXPECT_GT(sag, 0.005);
+    EXPECT_LE(sag, made->report.elements[e].max_deviation * (1 + 1e-9));
+    EXPECT_GE(sag, 0.5 * made->report.elements[e].max_deviation);
   }
 }
 
