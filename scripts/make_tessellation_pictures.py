@@ -14,7 +14,8 @@ OUT = os.path.join(ROOT, "docs", "pictures")
 CASES = ["HemisphereBoss", "SphereOnPlane", "SpheresSideBySide", "SteinmetzJustSmaller", "CylinderOnCylinder",
          "OverlappingFlushBoxes", "ConcentricCylinders", "ConeLeaningWithOverhang", "ThreeSpheresThroughOnePoint",
          "FadingJump", "FadingJumpOfASphere", "GrooveAcrossADome", "SliverOfPlaneBetweenCylinders", "IslandInAPocket",
-         "RimTouchingTheBorder", "OverhangOverAStep"]
+         "RimTouchingTheBorder", "OverhangOverAStep", "CreaseAHairBesideARim", "SpheresTouchingRoundAHole",
+         "WallsAndRimsOnGridLines", "PyramidsMeetingInAnApex"]
 INK = {"crease": ("#1559c8", 1.1), "wall": ("#d02020", 1.1), "border": ("#000000", 1.1), "inside": ("#b8b8b8", 0.3)}
 
 

@@ -143,7 +143,7 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
 // and disc >= 0, or l < 0 and phi <= 0: one arc, if both are graphs over the same axis, rising the
 // same way, and it changes from one to the other once at most: l does not vanish, or vanishes on
 // the silhouette in one point. (A crease may leave a rim and come back to it within a hair.)
-bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBox& box,
+bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBox& box, double tie,
                       const CellVerdict& v) {
   const bool f_first = f.kind == PlanFunction::Kind::kSilhouette;
   const PlanFunction& silhouette = f_first ? f : g;
@@ -166,6 +166,12 @@ bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBo
   const double l = own->mc - other->c, reach = std::fabs(own->mgx - other->gx) * box.hx +
                                                std::fabs(own->mgy - other->gy) * box.hy;
   if (l - reach - other->hi > 0 || l + reach - other->lo < 0) return true;
+  if (other->has_mid) {
+    // The other is on its own side of its own middle plane: l has one sign beyond that.
+    const double gap = own->mc - other->mc, wide = std::fabs(own->mgx - other->mgx) * box.hx +
+                                                   std::fabs(own->mgy - other->mgy) * box.hy;
+    if (other->upper ? gap + wide <= tie : gap - wide >= -tie) return true;
+  }
   PlanFunction level;
   level.gx = {own->mgx - other->zx.hi, own->mgx - other->zx.lo};
   level.gy = {own->mgy - other->zy.hi, own->mgy - other->zy.lo};
@@ -219,7 +225,7 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     v.kind = CellKind::kCorner;  // arcs side by side, joined curve by curve
     return;
   }
-  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, v)) {
+  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, surface.tie, v)) {
     v.kind = CellKind::kCorner;
     return;
   }

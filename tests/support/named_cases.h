@@ -110,6 +110,15 @@ inline std::vector<NamedCase> named_cases() {
                                          "-A+C")},
       {"WallsOnTheBorder",
        on_plane(box("A", "0,0,-1", "20,20,4") + box("C", "30,10,-1", "40,40,3"), "+A+C")},
+      // (Lines of the grid are 0.4 apart.)
+      {"WallsAndRimsOnGridLines",
+       on_plane(box("A", "8,8,-1", "24,20,4") + cylinder("C", "28,28,-1", "28,28,5", "4") +
+                    box("D", "12,24,-2", "20,32,3"),
+                "+A+C-D")},
+      {"SpheresTouchingRoundAHole",
+       on_plane(sphere("R", "14,14,0", "6") + sphere("S", "26,14,0", "6") +
+                    sphere("T", "14,26,0", "6") + sphere("U", "26,26,0", "6"),
+                "+R+S+T+U")},
       {"RimThroughTheBorder", on_plane(cylinder("A", "40,20,-1", "40,20,5", "8"), "+A")},
       {"RimTouchingTheBorder", on_plane(cylinder("A", "32,20,-1", "32,20,5", "8"), "+A")},
       {"SphereOverTheBorder", on_plane(sphere("A", "40,40,0", "9"), "+A")},
@@ -134,6 +143,10 @@ inline std::vector<NamedCase> named_cases() {
       {"FadingJump", on_plane(cylinder("A", "5,20,2", "35,20,-3", "6"), "+A")},
       {"FadingJumpOfASphere",
        on_plane(sphere("S", "20,20,3", "8") + box("A", "5,10,-1", "22,30,3"), "+S+A")},
+      // The crease is a hundredth high and half a millimetre long; its ends lie on the rim.
+      {"CreaseAHairBesideARim",
+       on_plane(sphere("S", "7.875,35.5,1.5", "1.625") + sphere("T", "11.125,35.625,-2", "3.875"),
+                "+S+T")},
       {"OverhangOverAStep",
        on_plane(box("A", "5,5,-1", "20,35,3") + cylinder("C", "8,20,6", "34,20,6", "4"), "+A+C")},
       {"NeedleWall", on_plane(box("A", "5,20,-1", "35,20.002,6"), "+A")},
