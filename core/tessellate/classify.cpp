@@ -165,7 +165,7 @@ bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBo
     return false;
   const double l = own->mc - other->c, reach = std::fabs(own->mgx - other->gx) * box.hx +
                                                std::fabs(own->mgy - other->gy) * box.hy;
-  if (l - reach - other->hi > 0 || l + reach - other->lo < 0) return true;
+  if (l - reach - other->hi >= -tie || l + reach - other->lo <= tie) return true;
   if (other->has_mid) {
     // The other is on its own side of its own middle plane: l has one sign beyond that.
     const double gap = own->mc - other->mc, wide = std::fabs(own->mgx - other->mgx) * box.hx +
