@@ -166,6 +166,8 @@ bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBo
   const double l = own->mc - other->c, reach = std::fabs(own->mgx - other->gx) * box.hx +
                                                std::fabs(own->mgy - other->gy) * box.hy;
   if (l - reach - other->hi >= -tie || l + reach - other->lo <= tie) return true;
+  // (Beside a base that runs level with the silhouette, finer cells tell no more.)
+  if (other->solid < 0) return true;
   if (other->has_mid) {
     // The other is on its own side of its own middle plane: l has one sign beyond that.
     const double gap = own->mc - other->mc, wide = std::fabs(own->mgx - other->mgx) * box.hx +
