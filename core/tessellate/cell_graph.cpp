@@ -84,7 +84,8 @@ class GraphMaker {
   void settle_cells();
   bool joins(std::int32_t info, const GraphMaker& known);
   bool split_failed(bool last);
-  [[nodiscard]] bool goes_deeper(const CellInfo& info, const TreeCell& c) const;
+  [[nodiscard]] bool goes_deeper(const CellInfo& info, const TreeCell& c,
+                                 const std::vector<Item>& items) const;
 
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
@@ -573,9 +574,9 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
       done = join_corner(info, c, items);
     } else {
       done = join_pairs(info, items, true) ||
-             (!(least && goes_deeper(info, c)) && join_corner(info, c, items));
+             (!(least && goes_deeper(info, c, items)) && join_corner(info, c, items));
     }
-  } else if (least && !goes_deeper(info, c)) {
+  } else if (least && !goes_deeper(info, c, items)) {
     done = join_corner(info, c, items);
   }
   if (!done) to_split_.push_back(info.cell);
@@ -624,7 +625,12 @@ void GraphMaker::around(std::int32_t c, const Take& take) const {
 // Beside a silhouette heights differ by more than the tolerance sees between points of the plan
 // that are 1e-7 of the size apart: what a least cell would make one corner there is looked for a
 // little longer.
-bool GraphMaker::goes_deeper(const CellInfo& info, const TreeCell& c) const {
+bool GraphMaker::goes_deeper(const CellInfo& info, const TreeCell& c,
+                             const std::vector<Item>& items) const {
+  // What was found by halving alone may go on and on beside itself, and is no clearer deeper down.
+  for (const Item& item : items) {
+    if (graph_.nodes[item.node].curve.type == CurveType::kUnsolved) return false;
+  }
   const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
   return !last_ && info.depth > 0.25 * options_.tolerance && width > kDeeper * options_.least;
 }
