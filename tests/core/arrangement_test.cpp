@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <set>
 
 #include "core/compound/compound_impl.h"
 #include "tests/support/load_part.h"
@@ -16,12 +15,10 @@
 namespace diesink::test {
 namespace {
 
-Result<Arrangement> arrange_part(const CompoundSurface& surface, double tolerance,
-                                 int variant = 0) {
+Result<Arrangement> arrange_part(const CompoundSurface& surface, double tolerance) {
   const Machining& m = surface.program().machining;
   ArrangementOptions options;
   options.tolerance = tolerance;
-  options.variant = variant;
   return arrange(surface, {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]}, options);
 }
 
@@ -89,16 +86,8 @@ std::optional<Label> label_over(const Arrangement& a, double x, double y, double
   return found ? found : std::optional<Label>(kNoLabel - 1);
 }
 
-// What only another way of cutting the plan into cells gets right; the tessellator tries up to
-// eight.
-const std::set<std::string> kNotTheFirstWay{"SphereTouchingTheBorderAtTheBasesHeight"};
-
 void expect_sound(const CompoundSurface& surface, double tolerance, const std::string& what) {
-  Result<Arrangement> made = arrange_part(surface, tolerance);
-  if (kNotTheFirstWay.contains(what)) {
-    for (int variant = 1; variant < 8 && made && !book_faults(*made).empty(); ++variant)
-      made = arrange_part(surface, tolerance, variant);
-  }
+  const Result<Arrangement> made = arrange_part(surface, tolerance);
   ASSERT_TRUE(made) << what;
   EXPECT_EQ(book_faults(*made), "") << what;
   Random random(3);

@@ -135,7 +135,7 @@ inline void check_topology(const TriangleMesh& mesh, bool solid, Faults& faults)
 // No triangle without area, none that looks the wrong way, unit normals on the triangles' side.
 // `size`: of the part.
 inline void check_triangles(const TriangleMesh& mesh, double size, Faults& faults) {
-  Tally flat, inverted, leaning, down, crooked;
+  Tally flat, inverted, leaning, down, crooked, turned;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& v = mesh.triangles[t];
     const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
@@ -160,6 +160,11 @@ inline void check_triangles(const TriangleMesh& mesh, double size, Faults& fault
     }
     for (const std::uint32_t k : mesh.corner_normals[t]) {
       if (std::fabs(mesh.normals[k].norm() - 1) > 1e-9) crooked(middle);
+      // (Not so of curved faces, which a coarse grid may meet aslant; triangles no thicker than
+      // rounding look anywhere.)
+      if (role_of(mesh, t) != ElementRole::kFace && slack < 1e-6 &&
+          mesh.normals[k].dot(n) < -1e-6 * n.norm())
+        turned(middle);
     }
   }
   faults.add("triangles without area", flat.count, flat.first);
@@ -167,6 +172,7 @@ inline void check_triangles(const TriangleMesh& mesh, double size, Faults& fault
   faults.add("walls out of the vertical", leaning.count, leaning.first);
   faults.add("floor triangles that do not look down", down.count, down.first);
   faults.add("normals that are no unit vectors", crooked.count, crooked.first);
+  faults.add("normals on the other side of their wall", turned.count, turned.first);
 }
 
 // Plan areas of the faces add up to the domain where the surface has no holes, to no more else.
