@@ -122,41 +122,35 @@ std::vector<std::uint32_t> find_duplicates(std::span<const Triangle> triangles, 
     return (h ^ h >> 32) & (bits - 1);
   };
   constexpr std::size_t kBlock = std::size_t{1} << 15, kBatch = 64;
-  parallel_blocks(triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::array<std::uint64_t, kBatch> at;
-    for (std::size_t first = begin; first < end; first += kBatch) {
-      const std::size_t count = std::min(end - first, kBatch);
-      for (std::size_t i = 0; i < count; ++i) {
-        at[i] = bit_of(triangles[first + i]);
-        __builtin_prefetch(&met[at[i] / 64], 1);
-      }
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::uint64_t bit = std::uint64_t{1} << at[i] % 64;
-        const std::uint64_t before = met[at[i] / 64].fetch_or(bit, std::memory_order_relaxed);
-        if ((before & bit) != 0) met_again[at[i] / 64].fetch_or(bit, std::memory_order_relaxed);
-      }
-    }
+  // take(block, triangle, bit) for all triangles, many at once, which hides the memory's latency.
+  const auto for_bits = [&](const std::vector<Word>& words, const auto& take) {
+    parallel_blocks(triangles.size(), kBlock, threads,
+                    [&](std::size_t begin, std::size_t end, int) {
+                      std::array<std::uint64_t, kBatch> at;
+                      for (std::size_t first = begin; first < end; first += kBatch) {
+                        const std::size_t count = std::min(end - first, kBatch);
+                        for (std::size_t i = 0; i < count; ++i) {
+                          at[i] = bit_of(triangles[first + i]);
+                          __builtin_prefetch(&words[at[i] / 64]);
+                        }
+                        for (std::size_t i = 0; i < count; ++i)
+                          take(begin / kBlock, first + i, at[i]);
+                      }
+                    });
+  };
+  for_bits(met, [&](std::size_t, std::size_t, std::uint64_t at) {
+    const std::uint64_t bit = std::uint64_t{1} << at % 64;
+    const std::uint64_t before = met[at / 64].fetch_or(bit, std::memory_order_relaxed);
+    if ((before & bit) != 0) met_again[at / 64].fetch_or(bit, std::memory_order_relaxed);
   });
   struct Suspect {
     Triangle corners;
     std::uint32_t triangle;
   };
   std::vector<std::vector<Suspect>> found((triangles.size() + kBlock - 1) / kBlock);
-  parallel_blocks(triangles.size(), kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::array<std::uint64_t, kBatch> at;
-    for (std::size_t first = begin; first < end; first += kBatch) {
-      const std::size_t count = std::min(end - first, kBatch);
-      for (std::size_t i = 0; i < count; ++i) {
-        at[i] = bit_of(triangles[first + i]);
-        __builtin_prefetch(&met_again[at[i] / 64]);
-      }
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::uint64_t word = met_again[at[i] / 64].load(std::memory_order_relaxed);
-        if ((word >> at[i] % 64 & 1) == 0) continue;
-        found[begin / kBlock].push_back(
-            {sorted(triangles[first + i]), static_cast<std::uint32_t>(first + i)});
-      }
-    }
+  for_bits(met_again, [&](std::size_t block, std::size_t t, std::uint64_t at) {
+    if ((met_again[at / 64].load(std::memory_order_relaxed) >> at % 64 & 1) == 0) return;
+    found[block].push_back({sorted(triangles[t]), static_cast<std::uint32_t>(t)});
   });
   std::vector<Suspect> suspects;
   for (std::vector<Suspect>& each : found) {
