@@ -18,8 +18,4 @@ Result<Tessellation> assemble(const CompoundSurface& surface, const Arrangement&
 // What a tile without a surface is.
 Tessellation empty_tile(const PlanBox& box);
 
-// Areas, volume, bounds and per-element figures of a mesh made by assemble() or the plain grid.
-void fill_report(const CompoundSurface& surface, const Tessellation& tessellation, double floor,
-                 TessellationReport& report);
-
 }  // namespace diesink

@@ -11,6 +11,7 @@
 
 #include "core/grid/grid_array.h"
 #include "core/tessellate/assemble.h"
+#include "core/tessellate/mesh_report.h"
 
 namespace diesink {
 namespace {
