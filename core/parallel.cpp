@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
+#include <cstdint>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -14,6 +17,71 @@ namespace {
 
 thread_local const ProgressSpan* innermost_span = nullptr;
 const std::function<void(double)> nobody;
+
+// Threads that wait for work and stay: to start one costs 20 to 40 us, and a die of 10 ms calls for
+// help some ten times.
+class Helpers {
+ public:
+  // Never destroyed: its threads wait until the process ends.
+  static Helpers& all() {
+    static Helpers* const helpers = new Helpers;
+    return *helpers;
+  }
+
+  // Calls run(0) here and run(1) .. run(workers - 1) on threads that are free meanwhile; those
+  // nobody took up when run(0) is done are not called. Returns when all are done.
+  // Needs: run() throws nothing, and does all there is to do whoever calls it.
+  void help(int workers, const std::function<void(int)>& run) {
+    Job job{&run, 1, workers, 0};
+    {
+      const std::scoped_lock lock(guard_);
+      for (; threads_ < workers - 1; ++threads_) {
+        try {
+          std::thread([this] { serve(); }).detach();
+        } catch (const std::system_error&) {
+          break;  // fewer threads than asked for: the others do its blocks
+        }
+      }
+      jobs_.push_back(&job);
+    }
+    if (workers > 2) {
+      wake_.notify_all();
+    } else {
+      wake_.notify_one();
+    }
+    run(0);
+    std::unique_lock lock(guard_);
+    std::erase(jobs_, &job);
+    done_.wait(lock, [&] { return job.running == 0; });
+  }
+
+ private:
+  struct Job {
+    const std::function<void(int)>* run;
+    int next, workers;  // workers next .. workers - 1 are still to be taken up
+    int running;        // on threads of ours
+  };
+
+  void serve() {
+    std::unique_lock lock(guard_);
+    for (;;) {
+      wake_.wait(lock, [this] { return !jobs_.empty(); });
+      Job& job = *jobs_.back();  // the youngest: older ones may wait for it
+      const int worker = job.next++;
+      if (job.next == job.workers) jobs_.pop_back();
+      ++job.running;
+      lock.unlock();
+      (*job.run)(worker);
+      lock.lock();
+      if (--job.running == 0) done_.notify_all();
+    }
+  }
+
+  std::mutex guard_;
+  std::condition_variable wake_, done_;
+  std::vector<Job*> jobs_;
+  int threads_ = 0;
+};
 
 }  // namespace
 
@@ -69,15 +137,9 @@ void parallel_blocks(
       if (!failure) failure = std::current_exception();
     }
   };
-  {
-    std::vector<std::jthread> others;
-    for (int worker = 1; worker < workers; ++worker) {
-      try {
-        others.emplace_back(run, worker);
-      } catch (const std::system_error&) {
-        break;  // fewer threads than asked for: the others do its blocks
-      }
-    }
+  if (workers > 1) {
+    Helpers::all().help(workers, run);
+  } else {
     run(0);
   }
   innermost_span = span;

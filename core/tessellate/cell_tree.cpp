@@ -16,6 +16,9 @@ constexpr double kCutX = 0.4931, kCutY = 0.5083;
 // Cells with more steps than this are divided at once, up to so many cells: what is below them is
 // grown in parallel.
 constexpr std::size_t kManySteps = 12, kMostSeeds = 4096;
+// Seeds that keep all cores busy to the end, and levels gone down by one cell at a time for them.
+constexpr std::size_t kEnoughSeeds = 64;
+constexpr int kOpenLevels = 5;
 // What a variant adds to the one and takes off the other.
 constexpr double kOtherCut = 0.0021;
 
@@ -77,7 +80,32 @@ CellTree::CellTree(const CompoundSurface::Impl& surface, const PlanBox& box,
     }
     open = std::move(next);
   }
+  open_up(seeds);
   grow_all(seeds);
+}
+
+// Goes down from few seeds level by level, so that there are many to share out.
+void CellTree::open_up(std::vector<Seed>& seeds) {
+  if (limits_.most_cells > 0) return;  // they are grown one after another
+  for (int level = 0; level < kOpenLevels && seeds.size() < kEnoughSeeds; ++level) {
+    std::vector<Sprout> sprouts(seeds.size());
+    std::vector<char> divided(seeds.size());
+    parallel_blocks(seeds.size(), 1, limits_.threads, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t k = begin; k < end; ++k) {
+        sprouts[k].cells.push_back(cells[static_cast<std::size_t>(seeds[k].cell)]);
+        divided[k] = decide(sprouts[k], 0, seeds[k].steps) ? 1 : 0;
+      }
+    });
+    std::vector<Seed> next;
+    for (std::size_t k = 0; k < seeds.size(); ++k) {
+      const std::int32_t cell = seeds[k].cell;
+      take(std::move(sprouts[k]), cell);
+      if (divided[k] == 0) continue;
+      const std::int32_t child = cells[static_cast<std::size_t>(cell)].child;
+      for (std::int32_t c = child; c < child + 4; ++c) next.push_back({c, seeds[k].steps, false});
+    }
+    seeds = std::move(next);
+  }
 }
 
 void CellTree::divide(std::vector<TreeCell>& all, std::int32_t cell) const {
@@ -100,6 +128,12 @@ void CellTree::divide(std::vector<TreeCell>& all, std::int32_t cell) const {
 void CellTree::grow(Sprout& sprout, std::int32_t cell,
                     const std::vector<std::uint32_t>& steps) const {
   std::vector<std::uint32_t> here = steps;
+  if (!decide(sprout, cell, here)) return;
+  const std::int32_t child = sprout.cells[static_cast<std::size_t>(cell)].child;
+  for (std::int32_t k = 0; k < 4; ++k) grow(sprout, child + k, here);
+}
+
+bool CellTree::decide(Sprout& sprout, std::int32_t cell, std::vector<std::uint32_t>& here) const {
   const CellBox box = CellBox::of(sprout.cells[static_cast<std::size_t>(cell)].box);
   CellVerdict verdict;
   classify(surface_, vertices_, box, here, limits_.flat, verdict);
@@ -114,15 +148,13 @@ void CellTree::grow(Sprout& sprout, std::int32_t cell,
   if (verdict.kind == CellKind::kUnknown && least) verdict.kind = CellKind::kLeast;
   if (verdict.kind == CellKind::kUnknown) {
     divide(sprout.cells, cell);
-    const std::int32_t child = sprout.cells[static_cast<std::size_t>(cell)].child;
-    for (std::int32_t k = 0; k < 4; ++k) grow(sprout, child + k, here);
-    return;
+    return true;
   }
   TreeCell& leaf = sprout.cells[static_cast<std::size_t>(cell)];
   leaf.kind = verdict.kind;
   if (verdict.kind == CellKind::kPlain) {
     leaf.label = verdict.candidates.count > 0 ? verdict.candidates[0].label : kNoLabel;
-    return;
+    return false;
   }
   leaf.info = static_cast<std::int32_t>(sprout.infos.size());
   CellInfo info;
@@ -134,6 +166,7 @@ void CellTree::grow(Sprout& sprout, std::int32_t cell,
   info.sorted_by_y = verdict.functions.count > 0 && verdict.functions[0].regular_x();
   info.steps = std::move(here);
   sprout.infos.push_back(std::move(info));
+  return false;
 }
 
 // Numbers what has grown below a cell after everything that is there.

@@ -91,7 +91,11 @@ class CellTree {
     std::vector<std::uint32_t> steps;  // that may matter in it
     bool divide = false;               // whatever it holds
   };
+  void open_up(std::vector<Seed>& seeds);
   void grow_all(const std::vector<Seed>& seeds);
+  // Makes a cell a leaf, or divides it and returns true; `here` comes back without the steps that
+  // do not matter in it.
+  bool decide(Sprout& sprout, std::int32_t cell, std::vector<std::uint32_t>& here) const;
   void grow(Sprout& sprout, std::int32_t cell, const std::vector<std::uint32_t>& steps) const;
   void divide(std::vector<TreeCell>& all, std::int32_t cell) const;
   void take(Sprout&& sprout, std::int32_t cell);

@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <mutex>
+#include <new>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace diesink {
@@ -40,6 +43,38 @@ TEST(Parallel, everyBlockOnce) {
       for (std::size_t k = begin; k < end; ++k) ++seen[k];
     });
     for (const auto& each : seen) EXPECT_EQ(each, 1);
+  }
+}
+
+// The threads that help are shared by all callers and by what blocks do in parallel themselves.
+TEST(Parallel, callersAndBlocksWithinBlocksShareTheThreads) {
+  const auto sum = [](int rounds) {
+    std::atomic<long> total{0};
+    for (int round = 0; round < rounds; ++round) {
+      parallel_blocks(6, 1, 3, [&](std::size_t outer, std::size_t, int) {
+        parallel_blocks(10, 3, 4, [&](std::size_t begin, std::size_t end, int worker) {
+          EXPECT_LT(worker, 4);
+          for (std::size_t k = begin; k < end; ++k) total += static_cast<long>(10 * outer + k);
+        });
+      });
+    }
+    return total.load();
+  };
+  std::array<long, 3> of{};
+  {
+    std::vector<std::jthread> callers;
+    for (long& each : of) callers.emplace_back([&] { each = sum(200); });
+  }
+  for (const long each : of) EXPECT_EQ(each, 200 * 59 * 30);
+}
+
+TEST(Parallel, whatAHelperThrowsReachesTheCaller) {
+  for (int round = 0; round < 100; ++round) {
+    EXPECT_THROW(parallel_blocks(40, 1, 4,
+                                 [](std::size_t begin, std::size_t, int) {
+                                   if (begin == 33) throw std::bad_alloc();
+                                 }),
+                 std::bad_alloc);
   }
 }
 
