@@ -104,6 +104,17 @@ struct PlanFunction {
   bool has_height = false;
   double hc = 0, hgx = 0, hgy = 0;
 
+  // What it is over the box; of which faces it is stays as it was.
+  void take_values(const PlanFunction& of) {
+    v = of.v;
+    gx = of.gx;
+    gy = of.gy;
+    lo = of.lo;
+    hi = of.hi;
+    cgx = of.cgx;
+    cgy = of.cgy;
+    bend = of.bend;
+  }
   [[nodiscard]] bool regular_x() const { return gx.lo > 0 || gx.hi < 0; }
   [[nodiscard]] bool regular_y() const { return gy.lo > 0 || gy.hi < 0; }
   [[nodiscard]] bool regular() const { return regular_x() || regular_y(); }

@@ -1,0 +1,155 @@
+// Where two faces change places over a plan box: enclosures of their crossing.
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "core/tessellate/cell_bounds.h"
+#include "core/tessellate/plan_polynomials.h"
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+
+// q of a side about the box's centre and the height z0: a h² + 2 b(x, y) h + c(x, y).
+struct SideAbout {
+  double a;
+  Linear b;
+  Quadratic c;
+};
+
+SideAbout side_about(const SideQuadratic& s, const CellBox& box, double z0) {
+  const double dx = box.x - s.cx, dy = box.y - s.cy, d = z0 - s.cz;
+  return {
+      s.q2, {s.b0 + s.bx * dx + s.by * dy + s.q2 * d, s.bx, s.by}, side_on(s, dx, dy, {z0, 0, 0})};
+}
+
+// Where two sides meet, the member q_f - lambda q_g of their pencil without h² vanishes, too:
+// c(x, y) + 2 b(x, y) h = 0. Where b is nothing (middle planes that coincide: axes and centres at
+// one height), c alone is the curve's plan; where it is a plane (spheres, parallel cylinders of one
+// form), the curve is the conic in which that plane cuts f. Neither minds a silhouette.
+// False where the member is of neither kind.
+bool pencil_over(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box,
+                 PlanFunction& p) {
+  const SideQuadratic& sf = surface.bodies[static_cast<std::size_t>(f.solid)].side();
+  const SideQuadratic& sg = surface.bodies[static_cast<std::size_t>(g.solid)].side();
+  if (!(sf.q2 > 0) || !(sg.q2 > 0)) return false;
+  const double z0 = f.c;
+  const SideAbout mf = side_about(sf, box, z0), mg = side_about(sg, box, z0);
+  const double lambda = mf.a / mg.a;
+  // What rounding may leave of a term that cancels, relative to its parts.
+  constexpr double kNothing = 1e-13;
+  bool rounded = true;  // of what has been parted since it was last set
+  const auto part = [&](double a, double b) {
+    const double d = a - lambda * b;
+    const bool nothing = std::fabs(d) <= kNothing * (std::fabs(a) + lambda * std::fabs(b));
+    rounded = rounded && nothing;
+    return nothing ? 0.0 : d;
+  };
+  // Offsets of the coefficients from cancelling: measured against the part's size, for the centre
+  // of a box may be near a zero of each.
+  const double size = surface.size;
+  const auto part_to = [&](double a, double b, double scale) {
+    const double d = a - lambda * b;
+    return std::fabs(d) <= kNothing * scale ? 0.0 : d;
+  };
+  const double b_scale = mf.a * size;
+  const Linear b{part_to(mf.b.c, mg.b.c, b_scale), part(mf.b.gx, mg.b.gx), part(mf.b.gy, mg.b.gy)};
+  Quadratic c;
+  c.v = mf.c.v - lambda * mg.c.v;
+  c.gx = mf.c.gx - lambda * mg.c.gx;
+  c.gy = mf.c.gy - lambda * mg.c.gy;
+  rounded = true;
+  c.hxx = part(mf.c.hxx, mg.c.hxx);
+  c.hxy = part(mf.c.hxy, mg.c.hxy);
+  c.hyy = part(mf.c.hyy, mg.c.hyy);
+  PlanFunction q;
+  if (b.c == 0 && b.gx == 0 && b.gy == 0) {
+    q = function_of(c, box, PlanFunction::Kind::kCrossing, f.solid, 0);
+  } else if (b.gx == 0 && b.gy == 0 && rounded) {
+    const double k = -0.5 / b.c;
+    const Linear plane{z0 + k * c.v, k * c.gx, k * c.gy};
+    if (!(std::fabs(plane.gx) + std::fabs(plane.gy) < 1e4)) return false;  // too steep to be exact
+    q = function_of(side_on(sf, box.x - sf.cx, box.y - sf.cy, plane), box,
+                    PlanFunction::Kind::kCrossing, f.solid, 0);
+  } else {
+    return false;
+  }
+  p.take_values(q);
+  return true;
+}
+
+}  // namespace
+
+bool sides_run_apart(const Impl& surface, const FaceOver& f, const FaceOver& g,
+                     const CellBox& box) {
+  if (!f.side || !g.side || !f.has_mid || !g.has_mid || !f.tangent || !g.tangent) return false;
+  PlanFunction q;
+  return pencil_over(surface, f, g, box, q) && (q.lo > 0 || q.hi < 0);
+}
+
+PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOver& g,
+                           const CellBox& box) {
+  PlanFunction p;
+  p.kind = PlanFunction::Kind::kCrossing;
+  p.solid = f.solid;
+  p.a = f.label;
+  p.b = g.label;
+  p.id = 0;
+  // The steeper side is taken as the implicit one, the other as a height in it.
+  const FaceOver* implicit = nullptr;
+  const FaceOver* height = nullptr;
+  if (f.side && (!g.side || !f.tangent)) {
+    implicit = &f;
+    height = &g;
+  } else if (g.side) {
+    implicit = &g;
+    height = &f;
+  }
+  if (implicit != nullptr) {
+    p.implicit_side = true;
+    p.implicit_label = implicit->label;
+    const SideQuadratic& s = surface.bodies[static_cast<std::size_t>(implicit->solid)].side();
+    const double dx = box.x - s.cx, dy = box.y - s.cy;
+    const bool planar = height->solid >= 0 ? !height->side : false;
+    if (planar || (height->solid < 0 && height->lo == 0 && height->hi == 0)) {
+      const PlanFunction q = function_of(side_on(s, dx, dy, {height->c, height->gx, height->gy}),
+                                         box, PlanFunction::Kind::kCrossing, f.solid, 0);
+      p.take_values(q);
+      return p;
+    }
+    const double reach = std::fabs(height->gx) * box.hx + std::fabs(height->gy) * box.hy;
+    const double t = height->c - s.cz;
+    const SideGradient r =
+        side_gradient(s, dx, dy, box, {t - reach + height->lo, t + reach + height->hi});
+    p.gx = add(r.x, times(r.t, height->zx));
+    p.gy = add(r.y, times(r.t, height->zy));
+    p.lo = -kUnbounded;
+    p.hi = kUnbounded;
+    p.bend = kUnbounded;
+    if (f.side && g.side && f.has_mid && g.has_mid) {
+      PlanFunction q = p;
+      if (pencil_over(surface, f, g, box, q)) {
+        q.implicit_side = false;
+        // Elsewhere than over the whole box a side that does not meet the other may still be the
+        // higher of the two here and be gone there.
+        if (!f.tangent || !g.tangent) q.lo = -kUnbounded, q.hi = kUnbounded;
+        if (!p.regular()) return q;
+        p.lo = q.lo;
+        p.hi = q.hi;
+      }
+    }
+    return p;
+  }
+  p.gx = {f.zx.lo - g.zx.hi, f.zx.hi - g.zx.lo};
+  p.gy = {f.zy.lo - g.zy.hi, f.zy.hi - g.zy.lo};
+  const Range d = difference_over(f, g, box);
+  p.v = f.c - g.c;
+  p.cgx = f.gx - g.gx;
+  p.cgy = f.gy - g.gy;
+  p.lo = d.lo;
+  p.hi = d.hi;
+  p.bend = f.hi - f.lo + g.hi - g.lo;
+  return p;
+}
+
+}  // namespace diesink
