@@ -160,7 +160,7 @@ class OffReader {
   }
 
   bool read_sections(std::size_t count) {
-    SectionWaves<OffRows> waves(
+    SectionQueue<OffRows> sections(
         text_, options_,
         [](TextScanner section) {
           std::size_t rows = 0;
@@ -169,6 +169,7 @@ class OffReader {
         },
         [&](TextScanner section, std::size_t row, OffRows& rows) {
           const char* const end = section.end();
+          rows.clear();
           OffRowReader reader(section, options_, vertices_, faces_);
           for (; row < count && reader.more(rows); ++row) {
             // A row that goes on in the next line, or a line with more than its row, is not for
@@ -183,7 +184,7 @@ class OffReader {
     mesh_.positions.reserve(vertices_);
     std::size_t number = 0;
     while (number < count) {
-      const OffRows* const rows = waves.next();
+      const OffRows* const rows = sections.next();
       if (rows == nullptr) return false;
       if (!take(number, *rows)) return false;
       number += rows->rows.size();
@@ -207,13 +208,14 @@ class OffReader {
     return ok();
   }
 
-  // Whole numbers are 0..255, others 0..1.
-  static Color color_from(const OffRows& rows, std::size_t first, std::size_t count) {
+  // Of the numbers after the row's own. Whole numbers are 0..255, others 0..1.
+  static Color color_from(const OffRows& rows, const OffRows::Row& row, std::size_t first,
+                          std::size_t count) {
     Color color{0, 0, 0, 255};
-    bool all_whole = true;
-    for (std::size_t i = 0; i < count; ++i) all_whole = all_whole && rows.whole[first + i];
+    const std::uint32_t all = ((1U << count) - 1) << first;
+    const bool all_whole = (row.whole & all) == all;
     for (std::size_t i = 0; i < count; ++i) {
-      color[i] = color_part(rows.numbers[first + i], all_whole);
+      color[i] = color_part(rows.rest(row)[first + i], all_whole);
     }
     return color;
   }
@@ -230,7 +232,7 @@ class OffReader {
         rest.size() - std::min(rest.size(), at + (keyword_.texture ? 2U : 0U));
     if (keyword_.color && (after == 3 || after == 4)) {
       mesh_.vertex_colors.resize(mesh_.positions.size(), Color{255, 255, 255, 255});
-      mesh_.vertex_colors.back() = color_from(rows, row.rest + at, after);
+      mesh_.vertex_colors.back() = color_from(rows, row, at, after);
     } else if (after != 0) {
       unclear_.hit(row.start);
     }
@@ -249,7 +251,7 @@ class OffReader {
     std::uint32_t element = 0;
     if (rest == 3 || rest == 4) {
       if (elements_.size() == 0 && !mesh_.triangles.empty()) elements_.named("", "");
-      element = elements_.colored(color_from(rows, row.rest, rest));
+      element = elements_.colored(color_from(rows, row, 0, rest));
     } else {
       if (rest > 0) mapped_.hit(row.start);
       if (elements_.size() > 0) element = elements_.named("", "");

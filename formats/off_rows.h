@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -20,10 +21,10 @@ struct OffRows {
   struct Row {
     const char* start;
     std::size_t first, rest, end;  // in `numbers`: its own numbers, and those after them
+    std::uint32_t whole;           // bit i: number i after its own is written as a whole number
   };
   std::vector<Row> rows;
   std::vector<double> numbers;
-  std::vector<bool> whole;  // of each number: written as a whole number
   std::vector<std::string_view> comments;
   const char* end = nullptr;  // behind the last row
 
@@ -36,8 +37,8 @@ struct OffRows {
   void clear() {
     rows.clear();
     numbers.clear();
-    whole.clear();
     comments.clear();
+    end = nullptr;
   }
 };
 
@@ -60,7 +61,7 @@ class OffRowReader {
   bool more_in_line() { return text_.more_in_line() && *text_.at() != '#'; }
   Status read_coordinates(OffRows& rows);
   Status read_corners(OffRows& rows);
-  Status read_rest(OffRows& rows);
+  Status read_rest(OffRows& rows, std::uint32_t& whole);
 
   TextScanner& text_;
   const ReadOptions& options_;

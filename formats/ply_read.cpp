@@ -79,6 +79,13 @@ class BodyReader {
     return rows_.error(std::move(message), at, code);
   }
 
+  // Whether so many fit in memory; the place, for which lines are counted, only where they do not.
+  Status fits(std::size_t vertices, std::size_t triangles) const {
+    const Status fit = mesh_fits(vertices, triangles, options_, {});
+    if (fit) return ok();
+    return error(fit.error().message, text_.at(), fit.error().code);
+  }
+
   void read_comments() {
     for (const std::string_view comment : header_.comments) {
       TextScanner words(comment, {});
@@ -138,8 +145,7 @@ class BodyReader {
     const PlyPlan plan = plan_of(element);
     const bool normals = plan.all(PlyRole::kNx, PlyRole::kNy, PlyRole::kNz);
     const bool colors = plan.all(PlyRole::kRed, PlyRole::kGreen, PlyRole::kBlue);
-    if (Status fits = mesh_fits(element.count, 0, options_, rows_.place(text_.at())); !fits)
-      return fits;
+    if (Status fit = fits(element.count, 0); !fit) return fit;
     mesh_.positions.reserve(element.count);
     if (normals) vertex_normals_.reserve(element.count);
     if (colors) mesh_.vertex_colors.reserve(element.count);
@@ -227,11 +233,7 @@ class BodyReader {
     PlyPlan colors;
     std::vector<double> list, normal_items;
     std::vector<std::uint32_t> normals;
-    if (Status fits =
-            mesh_fits(mesh_.positions.size(), element.count, options_, rows_.place(text_.at()));
-        !fits) {
-      return fits;
-    }
+    if (Status fit = fits(mesh_.positions.size(), element.count); !fit) return fit;
     const bool room = element.count <= options_.max_triangles;
     if (room) mesh_.triangles.reserve(element.count);
     PlyRow row{};
@@ -361,7 +363,7 @@ class BodyReader {
     if (!make_ply_curves(edges_, curve_labels_, mesh_)) {
       return error("an edge to a vertex past the last", edge_start_);
     }
-    const Place end = rows_.place(text_.at());
+    const char* const end = text_.at();
     for (const std::string& what : ignored_)
       diagnostics_.warning(what + " not kept", {options_.file_name});
     if (mesh_.triangles.empty())
@@ -374,7 +376,8 @@ class BodyReader {
     const bool rest = rows_.ascii() ? text_.more() : !text_.at_end();
     if (rest)
       diagnostics_.warning(
-          counted(text_.left(), "byte after the data is|bytes after the data are| left out"), end);
+          counted(text_.left(), "byte after the data is|bytes after the data are| left out"),
+          rows_.place(end));
     return ok();
   }
 

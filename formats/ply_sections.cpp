@@ -25,6 +25,9 @@ class SectionReader {
 
   bool read(std::size_t row) {
     section_.begin = section_.end = text_.at();
+    section_.values.clear();
+    section_.starts.clear();
+    section_.longer = {};
     section_.values.reserve(text_.left() / 6);
     auto element = header_.elements.begin();
     for (; element != header_.elements.end() && row >= element->count; ++element) {
@@ -90,15 +93,16 @@ bool PlySectionValues::fit(const TextScanner& text, const PlyHeader& header,
 PlySectionValues::PlySectionValues(TextScanner& text, const PlyHeader& header,
                                    const ReadOptions& options)
     : text_(text),
-      waves_(text, options, count_rows,
-             [&header](TextScanner part, std::size_t first_row, PlySection& section) {
-               return SectionReader(std::move(part), header, section).read(first_row);
-             }),
+      sections_(std::make_unique<SectionQueue<PlySection>>(
+          text, options, count_rows,
+          [&header](TextScanner part, std::size_t first_row, PlySection& section) {
+            return SectionReader(std::move(part), header, section).read(first_row);
+          })),
       end_(text.at()) {}
 
 const char* PlySectionValues::begin_row() {
   while (section_ == nullptr || row_ == section_->starts.size()) {
-    section_ = waves_.next();
+    section_ = sections_->next();
     row_ = 0;
     if (section_ == nullptr) {
       at_ = last_ = nullptr;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -50,7 +51,7 @@ class PlySectionValues {
   bool fail();
 
   TextScanner& text_;  // stays at the first row until finish()
-  SectionWaves<PlySection> waves_;
+  std::unique_ptr<SectionQueue<PlySection>> sections_;
   const PlySection* section_ = nullptr;
   std::size_t row_ = 0;  // within the section
   const double* at_ = nullptr;

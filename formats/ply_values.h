@@ -3,7 +3,6 @@
 #pragma once
 
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -57,11 +56,12 @@ class AsciiValues {
 
  private:
   static bool fits(PlyType type, double value) {
-    const double bits = static_cast<double>(size_of(type)) * 8;
+    const std::size_t bits = size_of(type) * 8;
     const bool is_signed =
         type == PlyType::kInt8 || type == PlyType::kInt16 || type == PlyType::kInt32;
-    const double top = std::ldexp(1.0, static_cast<int>(bits) - (is_signed ? 1 : 0));
-    return value == std::floor(value) && value < top && value >= (is_signed ? -top : 0);
+    const auto top = static_cast<double>(std::uint64_t{1} << (bits - (is_signed ? 1U : 0U)));
+    if (!(value < top && value >= (is_signed ? -top : 0))) return false;
+    return static_cast<double>(static_cast<std::int64_t>(value)) == value;
   }
   TextScanner& text_;
 };

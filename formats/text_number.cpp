@@ -264,6 +264,17 @@ std::optional<std::int64_t> integer_of(std::string_view word) {
     if (!word.empty() && word.front() == '-') return std::nullopt;
   }
   std::int64_t value = 0;
+  // Up to 18 digits cannot overflow.
+  if (!word.empty() && word.size() <= 18) {
+    const bool negative = word.front() == '-';
+    if (negative) word.remove_prefix(1);
+    for (const char c : word) {
+      if (!is_digit(c)) return std::nullopt;
+      value = value * 10 + (c - '0');
+    }
+    if (word.empty()) return std::nullopt;
+    return negative ? -value : value;
+  }
   const char* const end = word.data() + word.size();
   const std::from_chars_result read = std::from_chars(word.data(), end, value);
   if (word.empty() || read.ec != std::errc{} || read.ptr != end) return std::nullopt;

@@ -2,9 +2,34 @@
 #include "formats/text_scanner.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 namespace diesink {
+namespace {
+
+// The first byte that is one of the three, or `last`: eight bytes at a time.
+template <char kA, char kB, char kC>
+const char* find_any_of(const char* at, const char* last) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101U, kTops = 0x8080808080808080U;
+  const auto zeros = [](std::uint64_t word, char c) {
+    word ^= kOnes * static_cast<unsigned char>(c);
+    // The top bit of each byte that is zero; above the first of them others may carry it, too.
+    return (word - kOnes) & ~word & kTops;
+  };
+  if constexpr (std::endian::native == std::endian::little) {
+    for (; last - at >= 8; at += 8) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, at, 8);
+      const std::uint64_t found = zeros(word, kA) | zeros(word, kB) | zeros(word, kC);
+      if (found != 0) return at + std::countr_zero(found) / 8;
+    }
+  }
+  while (at != last && *at != kA && *at != kB && *at != kC) ++at;
+  return at;
+}
+
+}  // namespace
 
 std::string_view text_of(std::span<const std::byte> bytes) {
   // The standard lets any object be looked at as char.
@@ -63,8 +88,12 @@ std::string_view TextScanner::rest_of_line() {
 }
 
 void TextScanner::skip_line(bool comment) {
+  const bool continued = continuation_ && !comment;
   while (at_ != end_) {
-    if (*at_ == '\\' && continuation_ && !comment && skip_continuation()) continue;
+    at_ = continued ? find_any_of<'\n', '\r', '\\'>(at_, end_)
+                    : find_any_of<'\n', '\r', '\n'>(at_, end_);
+    if (at_ == end_) return;
+    if (*at_ == '\\' && continued && skip_continuation()) continue;
     const char c = *at_++;
     if (!is_line_end(c)) continue;
     if (c == '\r' && at_ != end_ && *at_ == '\n') ++at_;
@@ -80,11 +109,14 @@ bool TextScanner::has_lone_cr() const {
 Place TextScanner::place(const char* at) const {
   Place place{file_, 1, 1, -1};
   const char* line = begin_;
-  for (const char* c = begin_; c != at; ++c) {
-    const bool ends = *c == '\n' || (*c == '\r' && (c + 1 == end_ || c[1] != '\n'));
-    if (!ends) continue;
+  while (true) {
+    const char* const ends = find_any_of<'\n', '\r', '\n'>(line, at);
+    if (ends == at) break;
+    // A CR and its LF end one line, also where `at` is between them.
+    const bool pair = *ends == '\r' && ends + 1 != end_ && ends[1] == '\n';
+    if (pair && ends + 1 == at) break;
     ++place.line;
-    line = c + 1;
+    line = ends + (pair ? 2 : 1);
   }
   place.column = static_cast<std::uint32_t>(std::min<std::ptrdiff_t>(at - line, 0xFFFFFFF)) + 1;
   return place;

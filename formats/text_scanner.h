@@ -106,6 +106,21 @@ class TextScanner {
     return NumberState::kOk;
   }
 
+  // Reads a number of up to 18 digits and nothing else that ends at a blank or line end; else the
+  // cursor stays where it is.
+  bool digits(std::uint64_t& value) {
+    std::uint64_t read = 0;
+    const char* at = at_;
+    for (; at != end_ && static_cast<unsigned char>(*at - '0') < 10; ++at) {
+      read = read * 10 + static_cast<std::uint64_t>(*at - '0');
+    }
+    if (at == at_ || at - at_ > 18) return false;
+    if (at != end_ && !is_blank(*at) && !is_line_end(*at)) return false;
+    value = read;
+    at_ = at;
+    return true;
+  }
+
   // Whether the first line end of the text is a CR without LF.
   [[nodiscard]] bool has_lone_cr() const;
 

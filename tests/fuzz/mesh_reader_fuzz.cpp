@@ -1,15 +1,23 @@
 // Any bytes through one reader, DIESINK_FUZZED_FORMAT: refused, or a mesh that holds together, that
 // every writer of the text and binary formats takes, and that comes back from its own format with
-// the same triangles. SPDX-License-Identifier: Apache-2.0
+// the same triangles. Binary STL, which is read from its file piece by piece, comes through a file,
+// too, and through one that is cut or written to meanwhile. SPDX-License-Identifier: Apache-2.0
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <iostream>
 #include <string>
 
 #include "core/mesh_tools/repair.h"
+#include "formats/mesh_file.h"
 #include "formats/registry.h"
+#include "formats/stl.h"
 
 namespace {
 
@@ -47,6 +55,66 @@ void require_sound(const TriangleMesh& mesh) {
   }
 }
 
+// A file that ends at `end`, whatever it said, or in which a byte of every read but the first
+// `good` is another one.
+class Disturbed final : public diesink::ByteSource {
+ public:
+  Disturbed(std::span<const std::byte> bytes, std::size_t end, int good)
+      : bytes_(bytes), end_(end), good_(good) {}
+  [[nodiscard]] std::size_t size() const override { return bytes_.size(); }
+  [[nodiscard]] const std::byte* at(std::size_t offset, std::span<std::byte> room) const override {
+    require(offset <= bytes_.size() && room.size() <= bytes_.size() - offset,
+            "only bytes of the file are asked for");
+    if (offset + room.size() > end_) return nullptr;
+    if (room.empty()) return room.data();
+    std::memcpy(room.data(), bytes_.data() + offset, room.size());
+    const int read = reads_++;
+    if (read >= good_) room[static_cast<std::size_t>(read) * 37 % room.size()] ^= std::byte{0x7F};
+    return room.data();
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::size_t end_;
+  int good_;
+  mutable std::atomic<int> reads_{0};
+};
+
+void read_in_pieces(std::span<const std::byte> bytes, const diesink::ReadOptions& options) {
+  if (!is_binary_stl(diesink::HeldBytes(bytes))) return;
+  const int file = ::memfd_create("fuzz.stl", MFD_CLOEXEC);
+  require(file >= 0, "a file in memory can be made");
+  require(::write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()),
+          "it can be written");
+  const std::string path = "/proc/self/fd/" + std::to_string(file);
+  diesink::Diagnostics of_file, of_bytes;
+  const auto from_file = read_mesh_file(path, options, of_file);
+  const auto from_bytes = read_mesh_bytes(bytes, path, options, of_bytes);
+  ::close(file);
+  require(from_file.has_value() == from_bytes.has_value(), "a file is read as its bytes are");
+  require(of_file.all().size() == of_bytes.all().size(), "a file is told of as its bytes are");
+  if (from_file) {
+    require(from_file->mesh.positions == from_bytes->mesh.positions &&
+                from_file->mesh.triangles == from_bytes->mesh.triangles &&
+                from_file->mesh.triangle_element == from_bytes->mesh.triangle_element,
+            "a file's mesh is that of its bytes");
+  } else {
+    require(to_text(from_file.error()) == to_text(from_bytes.error()),
+            "a file's error is that of its bytes");
+  }
+  const std::size_t end = diesink::kStlHeaderBytes + static_cast<std::size_t>(bytes.back()) *
+                                                         (bytes.size() - diesink::kStlHeaderBytes) /
+                                                         256;
+  const int good = static_cast<int>(bytes[1]) % 8;
+  const Disturbed cut(bytes, end, 1 << 30), written(bytes, bytes.size(), good);
+  for (const Disturbed* const source : {&cut, &written}) {
+    diesink::Diagnostics diagnostics;
+    const diesink::Result<TriangleMesh> mesh = read_binary_stl(*source, options, diagnostics);
+    if (mesh) require_sound(*mesh);
+    if (!mesh) require(!mesh.error().message.empty(), "an error says something");
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -76,6 +144,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             "threads read the same");
   } else {
     require(to_text(same.error()) == to_text(mesh.error()), "threads tell the same error");
+  }
+  if (&format == &diesink::kStl) {
+    read_in_pieces(bytes, options);
+    read_in_pieces(bytes, parallel);
   }
   if (!mesh) {
     require(!mesh.error().message.empty(), "an error says something");
