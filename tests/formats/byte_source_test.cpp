@@ -170,7 +170,7 @@ TEST_F(ByteSourceTest, AFileThatIsAnotherOneWhenItIsOpenedAgainIsRead) {
   EXPECT_EQ(size, bytes_.size());
   EXPECT_EQ(bytes_in_pieces(path_, size - 1), 0U);
   for (const std::size_t left : {std::size_t{0}, std::size_t{83}, std::size_t{84}, size - 1}) {
-    fs::resize_file(path_, left);
+    put(left);
     EXPECT_EQ(bytes_in_pieces(path_, size), 0U);
     Diagnostics diagnostics;
     const Result<MeshFile> mesh = read_mesh_pieces(path_, {}, diagnostics);
