@@ -97,10 +97,18 @@ void write_faces(const TriangleMesh& mesh, std::span<const std::uint32_t> triang
     *at++ = 'f';
     for (std::size_t corner = 0; corner < 3; ++corner) {
       *at++ = ' ';
+      const char* const vertex = at;
       at = put_integer(at, std::uint64_t{mesh.triangles[i][corner]} + 1);
-      if (normals) {
-        *at++ = '/';
-        *at++ = '/';
+      if (!normals) continue;
+      const auto size = at - vertex;
+      *at++ = '/';
+      *at++ = '/';
+      if (mesh.corner_normals[i][corner] == mesh.triangles[i][corner]) {
+        std::array<char, 10> text;  // as long as an index can be
+        std::memcpy(text.data(), vertex, text.size());
+        std::memcpy(at, text.data(), text.size());
+        at += size;
+      } else {
         at = put_integer(at, std::uint64_t{mesh.corner_normals[i][corner]} + 1);
       }
     }

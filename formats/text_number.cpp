@@ -8,6 +8,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <type_traits>
+#include <utility>
 
 namespace diesink {
 namespace {
@@ -23,8 +26,11 @@ constexpr std::array<std::uint64_t, kMostFives + 1> kPowersOfFive = [] {
   return powers;
 }();
 
-constexpr std::array<std::uint64_t, 9> kSmallPowersOfTen{
-    1, 10, 100, 1000, 10'000, 100'000, 1000000, 10'000'000, 100'000'000};
+constexpr std::array<std::uint64_t, 17> kWholePowersOfTen = [] {
+  std::array<std::uint64_t, 17> powers{1};
+  for (std::size_t i = 1; i < powers.size(); ++i) powers[i] = 10 * powers[i - 1];
+  return powers;
+}();
 
 __extension__ typedef unsigned __int128 UInt128;
 
@@ -48,7 +54,7 @@ inline void read_digits(const char*& at, const char* last, std::uint64_t& number
       word = (word * 10 + (word >> 8)) & 0x00FF00FF00FF00FFU;
       word = (word * 100 + (word >> 16)) & 0x0000FFFF0000FFFFU;
       word = (word * 10000 + (word >> 32)) & 0xFFFFFFFFU;
-      number = number * kSmallPowersOfTen[static_cast<std::size_t>(count)] + word;
+      number = number * kWholePowersOfTen[static_cast<std::size_t>(count)] + word;
       at += count;
       if (count < 8) return;
     }
@@ -127,9 +133,154 @@ bool is_tiny(const char* first, const char* last) {
 
 constexpr int kLargeScale = 100'000;  // of ten, past all that a double can hold
 
+// The eight digits of a number below 10^8, each a byte of one word, the first digit lowest.
+std::uint64_t eight_digits(std::uint64_t value) {
+  std::uint64_t word = value / 10'000 | value % 10'000 << 32;
+  // Fours to pairs to digits; (x · 5243) >> 19 is x / 100 below 10'000, (x · 103) >> 10 is x / 10
+  // below 100.
+  const std::uint64_t hundreds = (word * 5243 >> 19) & 0x0000007F0000007FU;
+  word = hundreds | (word - hundreds * 100) << 16;
+  const std::uint64_t tens = (word * 103 >> 10) & 0x000F000F000F000FU;
+  return tens | (word - tens * 10) << 8;
+}
+
+constexpr std::uint64_t kZeros = 0x3030303030303030U;  // as characters
+
+// digits · 10^scale with as few characters as can be, without an exponent where that takes no more.
+// Needs: 0 < digits < 10^17; -31 < scale; where scale > 0, it is less than 8.
+char* put_decimal(char* at, std::uint64_t digits, int scale) {
+  // All 17 digits, and zeros behind them for what is copied beyond.
+  std::array<char, 48> text;
+  text.fill('0');
+  const std::uint64_t low = eight_digits(digits % 100'000'000);
+  const std::uint64_t above = digits / 100'000'000;
+  const std::uint64_t middle = eight_digits(above % 100'000'000);
+  text[0] = static_cast<char>('0' + above / 100'000'000);
+  const std::uint64_t middle_text = middle | kZeros, low_text = low | kZeros;
+  std::memcpy(text.data() + 1, &middle_text, 8);
+  std::memcpy(text.data() + 9, &low_text, 8);
+  const int leading = text[0] != '0' ? 0
+                      : middle != 0  ? 1 + std::countr_zero(middle) / 8
+                                     : 9 + std::countr_zero(low) / 8;
+  const int trailing = low != 0      ? std::countl_zero(low) / 8
+                       : middle != 0 ? 8 + std::countl_zero(middle) / 8
+                                     : 16;
+  const char* const first = text.data() + leading;
+  const int count = 17 - leading - trailing;
+  scale += trailing;
+  const int power = scale + count - 1;  // of ten, of the first digit
+  const int with_exponent = count + (count > 1 ? 1 : 0) + 4;
+  const int plain = scale >= 0 ? count + scale : power >= 0 ? count + 1 : count + 1 - power;
+  if (plain > with_exponent) {
+    *at++ = *first;
+    if (count > 1) {
+      *at++ = '.';
+      std::memcpy(at, first + 1, 16);
+      at += count - 1;
+    }
+    *at++ = 'e';
+    *at++ = power < 0 ? '-' : '+';
+    *at++ = static_cast<char>('0' + std::abs(power) / 10);
+    *at++ = static_cast<char>('0' + std::abs(power) % 10);
+    return at;
+  }
+  if (power < 0) {  // at most three zeros behind the point: more take longer than an exponent
+    std::memcpy(at, "0.000000", 8);
+    std::memcpy(at + 1 - power, first, 17);
+    return at + plain;
+  }
+  std::memcpy(at, first, 17);
+  if (scale >= 0) return at + plain;
+  char* const point = at + power + 1;
+  *point = '.';
+  std::memcpy(point + 1, first + power + 1, static_cast<std::size_t>(count - power - 1));
+  return at + plain;
+}
+
+// digits · 10^-n of a value that most are like: written where it stays, the whole part by itself.
+// Needs: `value`, 0.001 to 10^8, is what the digits read back as; they are 10^17 at most.
+char* put_usual(char* at, double value, std::uint64_t digits, int n) {
+  const auto whole = static_cast<std::uint64_t>(value);
+  if (whole > 0) {
+    // Then n is at most 16. Digits of more than the whole part are never those of the next number.
+    digits -= whole * kWholePowersOfTen[static_cast<std::size_t>(n)];
+    digits *= kWholePowersOfTen[static_cast<std::size_t>(16 - n)];
+    at = put_integer(at, whole);
+    if (digits == 0) return at;
+    *at = '.';
+    n = 16;
+  } else {
+    if (n < 16) digits *= kWholePowersOfTen[static_cast<std::size_t>(16 - std::exchange(n, 16))];
+    // n is 16 to 20; what is more than 16 digits is one of them, behind zeros.
+    std::memcpy(at, "0.000000", 8);
+    const std::uint64_t top = digits / kWholePowersOfTen[16];
+    digits -= top * kWholePowersOfTen[16];
+    at[n - 15] = static_cast<char>('0' + top);
+    at[1] = '.';
+    ++at;
+  }
+  const std::uint64_t middle = eight_digits(digits / 100'000'000);
+  const std::uint64_t low = eight_digits(digits % 100'000'000);
+  const std::uint64_t middle_text = middle | kZeros, low_text = low | kZeros;
+  at += n - 15;
+  std::memcpy(at, &middle_text, 8);
+  std::memcpy(at + 8, &low_text, 8);
+  if (low != 0) return at + 16 - std::countl_zero(low) / 8;
+  at += 8;
+  if (middle != 0) return at - std::countl_zero(middle) / 8;
+  // Nothing but the digit and the zeros before these: not many have so few.
+  at -= 8;
+  while (at[-1] == '0') --at;
+  return at;
+}
+
+// The shortest decimal that reads back as `value`, and of those of that length the nearest. False,
+// and nothing written, where the arithmetic below would need more than 128 bits, or the numbers
+// next to `value` are not equally far.
+// The value is c · 2^q, and all between (c ± 1/2) · 2^q read back as it. Scaled by the power of ten
+// that makes this interval 1 to 10 wide, it holds some whole number and no more than one multiple
+// of ten: that one, if there is one, has the shortest decimal, otherwise the nearest whole number.
+// With 10^n = 5^n · 2^n, all of it are whole numbers over one power of two: nothing is rounded.
+template <class Real>
+bool put_nearest(char*& at, Real value) {
+  using Bits = std::conditional_t<sizeof(Real) == 8, std::uint64_t, std::uint32_t>;
+  constexpr int kFraction = std::numeric_limits<Real>::digits - 1;
+  constexpr int kBias = std::numeric_limits<Real>::max_exponent - 1 + kFraction;
+  const auto bits = std::bit_cast<Bits>(value);
+  const std::uint64_t fraction = bits & ((Bits{1} << kFraction) - 1);
+  const int q = static_cast<int>(bits >> kFraction) - kBias;
+  if (q < -89 || q >= 0 || fraction == 0) return false;
+  const std::uint64_t c = fraction | std::uint64_t{1} << kFraction;
+  const int n = -((q * 315653) >> 20);  // the largest power of ten up to 2^q is 10^-n
+  const std::uint64_t five = kPowersOfFive[static_cast<std::size_t>(n)];
+  const UInt128 doubled = static_cast<UInt128>(2 * c) * five;  // half the interval: `five`
+  const int shift = 1 - q - n;                                 // over 2^shift
+  const auto whole = static_cast<std::uint64_t>(doubled >> shift);
+  const auto rest = static_cast<std::uint64_t>(doubled - (static_cast<UInt128>(whole) << shift));
+  const std::uint64_t ones = whole % 10;
+  // The ends of the interval read back as the value where c is even: ties go to even.
+  const UInt128 within = static_cast<UInt128>(five) + (c % 2 == 0 ? 1 : 0);
+  const UInt128 down = (static_cast<UInt128>(ones) << shift) + rest;
+  const UInt128 up = (static_cast<UInt128>(10) << shift) - down;
+  const std::uint64_t half = std::uint64_t{1} << (shift - 1);
+  // Chosen without a branch: it would be taken one way as often as the other.
+  const std::uint64_t nearest = whole + (rest + (whole & 1) > half ? 1 : 0);
+  const std::uint64_t ten = whole - ones + (down < within ? 0 : 10);
+  const std::uint64_t digits = down < within || up < within ? ten : nearest;
+  at = value >= Real(0.001) && value < Real(100'000)
+           ? put_usual(at, static_cast<double>(value), digits, n)
+           : put_decimal(at, digits, -n);
+  return true;
+}
+
 template <class Real>
 char* put_shortest(char* at, Real value) {
   assert(std::isfinite(value));
+  if constexpr (std::endian::native == std::endian::little) {
+    *at = '-';
+    char* end = at + (value < 0 ? 1 : 0);
+    if (put_nearest(end, std::abs(value))) return end;
+  }
   // Adding zero turns -0 into 0 and changes nothing else.
   return std::to_chars(at, at + kMaxNumberText, value + Real{0}).ptr;
 }
@@ -142,16 +293,10 @@ char* put_number(char* at, float value) { return put_shortest(at, value); }
 char* put_integer(char* at, std::uint64_t value) {
   // Indices, most of what is written: eight digits at once, each a byte of one word.
   if (value < 100'000'000 && std::endian::native == std::endian::little) {
-    std::uint64_t word = value / 10'000 | value % 10'000 << 32;
-    // Fours to pairs to digits; (x · 5243) >> 19 is x / 100 below 10'000, (x · 103) >> 10 is x / 10
-    // below 100.
-    const std::uint64_t hundreds = (word * 5243 >> 19) & 0x0000007F0000007FU;
-    word = hundreds | (word - hundreds * 100) << 16;
-    const std::uint64_t tens = (word * 103 >> 10) & 0x000F000F000F000FU;
-    word = tens | (word - tens * 10) << 8;
+    std::uint64_t word = eight_digits(value);
     // The first digit that is not zero, or the last one.
     const int leading = word == 0 ? 7 : std::countr_zero(word) / 8;
-    word = (word | 0x3030303030303030U) >> 8 * leading;
+    word = (word | kZeros) >> 8 * leading;
     std::memcpy(at, &word, 8);
     return at + (8 - leading);
   }

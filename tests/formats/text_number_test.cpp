@@ -4,13 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <random>
 #include <string>
+#include <string_view>
 
 namespace diesink {
 namespace {
@@ -32,6 +35,52 @@ TEST(TextNumber, WhatIsWrittenReadsBackToTheBit) {
     const auto narrow = static_cast<float>(value);
     if (std::isfinite(narrow)) {
       EXPECT_EQ(std::strtof(to_text(narrow).c_str(), nullptr), narrow);
+    }
+  }
+}
+
+template <class Real>
+void expect_the_librarys(Real value) {
+  // What is behind the room must stay as it is.
+  std::array<char, kMaxNumberText + 8> own{};
+  std::array<char, kMaxNumberText> theirs{};
+  const char* const end = put_number(own.data(), value);
+  const char* const their_end =
+      std::to_chars(theirs.data(), theirs.data() + theirs.size(), value + Real{0}).ptr;
+  ASSERT_EQ(std::string_view(own.data(), static_cast<std::size_t>(end - own.data())),
+            std::string_view(theirs.data(), static_cast<std::size_t>(their_end - theirs.data())));
+  for (std::size_t i = kMaxNumberText; i < own.size(); ++i) ASSERT_EQ(own[i], '\0') << value;
+}
+
+TEST(TextNumber, ShortestAndNearestAsTheLibraryWrites) {
+  std::mt19937_64 random(11);
+  const auto expect_both = [](double value) {
+    for (const double each : {value, -value}) {
+      expect_the_librarys(each);
+      if (std::abs(each) < 1e38) expect_the_librarys(static_cast<float>(each));
+    }
+  };
+  for (int i = 0; i < 60'000 && !::testing::Test::HasFatalFailure(); ++i) {
+    const double part = 1 + std::ldexp(static_cast<double>(random() >> 12), -52);
+    expect_both(std::ldexp(part, static_cast<int>(random() % 150) - 110));
+    expect_both(static_cast<double>(random() % 2'000'000'000) / 1e4);  // short decimals
+    expect_both(static_cast<double>(random() % 1'000'000) *
+                std::pow(10, -static_cast<int>(random() % 16)));
+    expect_both(std::ldexp(static_cast<double>(random() % 4096), -static_cast<int>(random() % 60)));
+    // Halfway between two decimals of 16 digits, and between whole numbers.
+    expect_both(std::ldexp(std::ldexp(part, 52), -static_cast<int>(random() % 7)));
+    expect_the_librarys(static_cast<float>(std::ldexp(part, 23 - static_cast<int>(random() % 7))));
+  }
+  // Beside powers of two, where numbers are not equally far, and of ten.
+  for (int power = -120; power < 80; ++power) {
+    for (const double near : {std::ldexp(1.0, power), std::pow(10.0, power / 4)}) {
+      double below = near, above = near;
+      for (int step = 0; step < 4; ++step) {
+        expect_both(below);
+        expect_both(above);
+        below = std::nextafter(below, 0.0);
+        above = std::nextafter(above, 1e300);
+      }
     }
   }
 }
