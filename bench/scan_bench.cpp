@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -17,6 +19,8 @@
 
 #include "core/base/scanned.h"
 #include "core/grid/grid_array.h"
+#include "core/large_array.h"
+#include "core/parallel.h"
 #include "formats/mesh_file.h"
 #include "formats/registry.h"
 #include "tests/support/height_mesh.h"
@@ -44,8 +48,8 @@ std::uint32_t points_of(std::int64_t million) { return million == 1 ? 708 : 2001
 struct Grid {
   std::vector<double> lines, z, nx, ny, nz;
   std::vector<std::uint32_t> face;
-  explicit Grid(std::int64_t million) {
-    const int count = million == 1 ? 1000 : 4000;
+  explicit Grid(std::int64_t million) : Grid(million == 1 ? 1000U : 4000U) {}
+  explicit Grid(std::uint32_t count) {
     lines = grid_lines(0, kSize, kSize / (count - 1));
     const std::size_t n = lines.size() * lines.size();
     for (std::vector<double>* v : {&z, &nx, &ny, &nz}) v->assign(n, 0);
@@ -72,19 +76,51 @@ BENCHMARK(scan_grid)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-// The plan grid of single points and rows.
+// Time grows with triangles plus grid points, not their product: thousands of triangles onto
+// thousands of points. Compare a row with those of a sixteenth of either.
+void scan_growth(benchmark::State& state) {
+  const auto across = [](std::int64_t thousands) {
+    return static_cast<std::uint32_t>(
+        std::lround(std::sqrt(1000.0 * static_cast<double>(thousands))));
+  };
+  TriangleMesh mesh =
+      test::height_mesh(0, kSize, across(state.range(0) / 2), 0, kSize, across(state.range(0) / 2),
+                        [](double x, double y) { return 8 * std::sin(x / 23) * std::cos(y / 31); });
+  const Result<ScannedSurface> scan = ScannedSurface::make(std::move(mesh), {});
+  Grid grid(across(state.range(1)));
+  for (auto _ : state) {
+    scan->grid(grid.lines, grid.lines, grid.out(), 1);
+    benchmark::DoNotOptimize(grid.z.data());
+  }
+}
+BENCHMARK(scan_growth)
+    ->ArgsProduct({{64, 1024, 8192}, {64, 1024, 16384}})
+    ->Unit(benchmark::kMillisecond);
+
+// How the layers of a scan without any are told, pair by pair of what shares a cell.
+void scan_layers(benchmark::State& state) {
+  const Result<ScannedSurface> scan =
+      ScannedSurface::make(relief(points_of(state.range(0)), false), {});
+  benchmark::DoNotOptimize(scan->upright());
+  for (auto _ : state) benchmark::DoNotOptimize(scan->layers(1).any());
+}
+BENCHMARK(scan_layers)->Arg(1)->Unit(benchmark::kMillisecond);
+
+// To the surface, and to the plan grid that single points, rows and boxes look into.
 void scan_make(benchmark::State& state) {
   const TriangleMesh mesh = relief(points_of(state.range(0)), false);
   for (auto _ : state) {
     state.PauseTiming();
     TriangleMesh copy = mesh;
     state.ResumeTiming();
-    benchmark::DoNotOptimize(ScannedSurface::make(std::move(copy), {}));
+    const Result<ScannedSurface> scan = ScannedSurface::make(std::move(copy), {});
+    benchmark::DoNotOptimize(scan->upright());
   }
 }
 BENCHMARK(scan_make)->Arg(1)->Arg(8)->UseRealTime()->Unit(benchmark::kMillisecond);
 
-// From a binary STL file in the system's cache to the surface: read, weld, plan grid. Arguments as
+// From a binary STL file in the system's cache to a surface that grids can be drawn of: read, weld,
+// extent. `plan_ms` is what the first single point takes beyond that, the plan grid. Arguments as
 // above, without threads.
 void scan_load(benchmark::State& state) {
   const std::string path = std::filesystem::temp_directory_path() /
@@ -98,7 +134,7 @@ void scan_load(benchmark::State& state) {
         .write(static_cast<const char*>(static_cast<const void*>(bytes.data())),
                static_cast<std::streamsize>(bytes.size()));
   }
-  double read = 0;
+  double read = 0, plan = 0;
   for (auto _ : state) {
     const auto begin = std::chrono::steady_clock::now();
     Diagnostics diagnostics;
@@ -109,15 +145,62 @@ void scan_load(benchmark::State& state) {
     }
     read +=
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    benchmark::DoNotOptimize(ScannedSurface::make(std::move(file->mesh), {}));
+    const Result<ScannedSurface> scan = ScannedSurface::make(std::move(file->mesh), {});
+    state.PauseTiming();
+    const auto made = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(scan->upright());
+    plan +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - made).count();
+    state.ResumeTiming();
   }
+  state.counters["plan_ms"] = benchmark::Counter(plan, benchmark::Counter::kAvgIterations);
   state.counters["read_ms"] = benchmark::Counter(read, benchmark::Counter::kAvgIterations);
   std::filesystem::remove(path);
 }
 BENCHMARK(scan_load)->ArgsProduct({{1, 8}, {0, 1}})->UseRealTime()->Unit(benchmark::kMillisecond);
 
+// What no weld of facets in random order does without: the file's bytes copied once, one look at
+// random into a table of 16 bytes for each of twice the vertices a corner, and the answer's bytes
+// written to fresh memory. Argument: millions of triangles.
+void scan_load_bare(benchmark::State& state) {
+  const std::size_t points = points_of(state.range(0)), triangles = 2 * (points - 1) * (points - 1);
+  const std::size_t slots = std::bit_ceil(2 * points * points);
+  const std::vector<std::byte> file(84 + 50 * triangles, std::byte{1});
+  for (auto _ : state) {
+    const LargeArray<std::array<std::uint64_t, 2>> table(slots);
+    const LargeArray<std::uint32_t> corners(3 * triangles);
+    const LargeArray<std::array<double, 3>> positions(points * points);
+    constexpr std::size_t kBlock = 512;
+    parallel_blocks(slots, 1 << 16, 0, [&](std::size_t begin, std::size_t end, int) {
+      std::fill(table.data() + begin, table.data() + end, std::array<std::uint64_t, 2>{1, 2});
+    });
+    parallel_blocks(triangles, kBlock, 0, [&](std::size_t begin, std::size_t end, int) {
+      std::array<std::byte, 50 * kBlock> room;
+      std::copy_n(file.data() + 84 + 50 * begin, 50 * (end - begin), room.data());
+      benchmark::DoNotOptimize(room.data());
+      std::array<std::size_t, 3 * kBlock> at;
+      for (std::size_t i = 3 * begin; i < 3 * end; ++i) {
+        std::uint64_t h = (i + 1) * 0x9E3779B97F4A7C15ULL;
+        h = (h ^ h >> 29) * 0xBF58476D1CE4E5B9ULL;
+        at[i - 3 * begin] = (h ^ h >> 32) & (slots - 1);
+        __builtin_prefetch(&table.data()[at[i - 3 * begin]]);
+      }
+      for (std::size_t i = 3 * begin; i < 3 * end; ++i) {
+        corners.data()[i] = static_cast<std::uint32_t>(table.data()[at[i - 3 * begin]][0]);
+      }
+    });
+    parallel_blocks(points * points, 1 << 16, 0, [&](std::size_t begin, std::size_t end, int) {
+      std::fill(positions.data() + begin, positions.data() + end, std::array<double, 3>{});
+    });
+    benchmark::DoNotOptimize(corners.data());
+    benchmark::DoNotOptimize(positions.data());
+  }
+}
+BENCHMARK(scan_load_bare)->Arg(1)->Arg(8)->UseRealTime()->Unit(benchmark::kMillisecond);
+
 // Bytes a triangle over the mesh itself, at the most, by the system's count of resident pages:
-// while the plan grid is made (`make`), after (`kept`), and while a grid is drawn (`grid`).
+// while the surface is made (`make`) and its plan grid (`plan`), after (`kept`), and while a grid
+// is drawn with the plan grid there (`grid`).
 class PeakMemory {
  public:
   PeakMemory() { reset(); }
@@ -138,30 +221,48 @@ class PeakMemory {
   }
 };
 
+// Each triangle with three vertices of its own, as formats without sharing have them.
+TriangleMesh unshared(const TriangleMesh& mesh) {
+  TriangleMesh apart;
+  apart.positions.reserve(3 * mesh.triangles.size());
+  apart.triangles.reserve(mesh.triangles.size());
+  for (const std::array<std::uint32_t, 3>& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(apart.positions.size());
+    for (const std::uint32_t v : t) apart.positions.push_back(mesh.positions[v]);
+    apart.triangles.push_back({first, first + 1, first + 2});
+  }
+  return apart;
+}
+
 void scan_memory(benchmark::State& state) {
-  double make = 0, kept = 0, drawn = 0;
+  double make = 0, plan = 0, kept = 0, drawn = 0;
   for (auto _ : state) {
     TriangleMesh mesh = relief(points_of(state.range(0)), state.range(1) != 0);
     MeshBase base;
     base.smooth_normals = state.range(2) != 0;
+    if (state.range(3) != 0) mesh = unshared(mesh);
     Grid grid(state.range(0));
     const auto triangles = static_cast<double>(mesh.triangles.size());
     const double before = PeakMemory::now();
     PeakMemory::reset();
     const Result<ScannedSurface> scan = ScannedSurface::make(std::move(mesh), base);
     make = (PeakMemory::peak() - before) / triangles;
+    PeakMemory::reset();
+    benchmark::DoNotOptimize(scan->upright());
+    plan = (PeakMemory::peak() - before) / triangles;
     kept = (PeakMemory::now() - before) / triangles;
     PeakMemory::reset();
     scan->grid(grid.lines, grid.lines, grid.out(), 0);
     drawn = (PeakMemory::peak() - before) / triangles;
   }
   state.counters["make"] = make;
+  state.counters["plan"] = plan;
   state.counters["kept"] = kept;
   state.counters["grid"] = drawn;
 }
-// Arguments: millions of triangles, random order, NORMALS,SMOOTH.
+// Arguments: millions of triangles, random order, NORMALS,SMOOTH, vertices a triangle of its own.
 BENCHMARK(scan_memory)
-    ->ArgsProduct({{1, 8}, {0, 1}, {0, 1}})
+    ->ArgsProduct({{8}, {0, 1}, {0, 1}, {0, 1}})
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
 

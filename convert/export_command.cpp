@@ -58,6 +58,16 @@ void say_not_kept(const std::string& part, const TessellationReport& report) {
   }
 }
 
+void say_creases_off(const std::string& part, const TessellationReport& report) {
+  char line[160];
+  std::snprintf(
+      line, sizeof line,
+      "the scan was thinned out before its creases were found: they lie up to %.6g off its "
+      "own triangles",
+      report.crease_offset);
+  report_warning(part, line);
+}
+
 ExitStatus run(Options& options, const CommonOptions& common) {
   Stopwatch whole;
   Result<std::vector<MeshTarget>> targets = targets_of(options, common);
@@ -85,6 +95,7 @@ ExitStatus run(Options& options, const CommonOptions& common) {
   if (printed != ExitStatus::kDone) return printed;
   const bool kept = is_kept(figures.surface), closed = !options.solid || figures.surface.watertight;
   if (!kept) say_not_kept(options.part, figures.surface);
+  if (figures.surface.crease_offset > 0) say_creases_off(options.part, figures.surface);
   if (!closed) report_warning(options.part, "the solid that --solid asks for is not closed");
   return kept && closed ? ExitStatus::kDone : ExitStatus::kNotKept;
 }

@@ -58,6 +58,7 @@ void add_tile(ExportReport& report, const Tessellation& tile, bool first) {
   sum.corner_vertices += one.corner_vertices;
   sum.certified_deviation = std::max(sum.certified_deviation, one.certified_deviation);
   sum.uncertified_area += one.uncertified_area;
+  sum.crease_offset = std::max(sum.crease_offset, one.crease_offset);
   sum.area += one.area;
   sum.volume += one.volume;
   sum.watertight = sum.watertight && one.watertight;
@@ -112,7 +113,7 @@ std::string to_json(const ExportReport& report, bool run) {
   write_bounds(json, surface.bounds);
   write_elements(json, surface);
   write_curves(json, surface);
-  if (report.scan) write_scan(json, *report.scan);
+  if (report.scan) write_scan(json, *report.scan, surface.crease_offset);
   if (run) {
     json.key("seconds")
         .begin_object()

@@ -18,12 +18,13 @@ std::optional<ScanFigures> scan_figures(const CompoundSurface& surface, int thre
   return figures;
 }
 
-void write_scan(JsonWriter& json, const ScanFigures& scan) {
+void write_scan(JsonWriter& json, const ScanFigures& scan, std::optional<double> crease_offset) {
   json.key("scan")
       .begin_object()
       .field("open_area", scan.cover.open_area)
       .field("holes", scan.cover.open_loops)
       .field("layered_area", scan.cover.layered_area);
+  if (crease_offset) json.field("crease_offset", *crease_offset);
   if (scan.filled) {
     json.field("filled_holes", scan.fill.holes).field("filled_area", scan.fill.area);
   }

@@ -21,9 +21,10 @@ struct ScanFigures {
 // Of the surface's domain; empty where its base is no scan.
 std::optional<ScanFigures> scan_figures(const CompoundSurface& surface, int threads);
 
-// "scan": {"open_area", "holes", "layered_area", "filled_holes", "filled_area"}, the last two with
-// FILL.
-void write_scan(JsonWriter& json, const ScanFigures& scan);
+// "scan": {"open_area", "holes", "layered_area", "crease_offset", "filled_holes", "filled_area"},
+// the last two with FILL, crease_offset (TessellationReport) where there is a mesh.
+void write_scan(JsonWriter& json, const ScanFigures& scan,
+                std::optional<double> crease_offset = std::nullopt);
 
 // One line for people.
 std::string scan_text(const ScanFigures& scan);

@@ -5,11 +5,11 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
-#include "core/base/row_bins.h"
 #include "core/base/scan_fill.h"
 #include "core/base/scanned_border.h"
-#include "core/mesh_tools/vertex_table.h"
+#include "core/mesh_tools/position_hash.h"
 #include "core/number.h"
 
 namespace diesink {
@@ -75,6 +75,40 @@ bool settle(std::vector<Vec3>& positions) {
   return true;
 }
 
+// A number of each position, ascending by first appearance, the same for equal ones; how many there
+// are. -0 counts as 0.
+// Memory: 4 bytes a position to keep, and 7 to 20 of each different one meanwhile.
+std::vector<std::uint32_t> equal_positions(const std::vector<Vec3>& positions,
+                                           std::size_t& different) {
+  constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> number(positions.size());
+  std::vector<std::uint32_t> first;  // by slot, the vertex that came first to its place
+  const auto slot_of = [&](const Vec3& p) {
+    std::size_t at = static_cast<std::size_t>(hash_of(p + Vec3::Zero())) & (first.size() - 1);
+    while (first[at] != kNobody && positions[first[at]] != p) at = (at + 1) & (first.size() - 1);
+    return at;
+  };
+  first.assign(1024, kNobody);
+  different = 0;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    const std::size_t at = slot_of(positions[v]);
+    if (first[at] != kNobody) {
+      number[v] = number[first[at]];
+      continue;
+    }
+    first[at] = v;
+    number[v] = static_cast<std::uint32_t>(different++);
+    // At three fifths look-ups still end after two slots, most of them.
+    if (5 * different < 3 * first.size()) continue;
+    const std::vector<std::uint32_t> old =
+        std::exchange(first, std::vector<std::uint32_t>(2 * first.size(), kNobody));
+    for (const std::uint32_t k : old) {
+      if (k != kNobody) first[slot_of(positions[k])] = k;
+    }
+  }
+  return number;
+}
+
 }  // namespace
 
 ScannedSurface::ScannedSurface() = default;
@@ -101,131 +135,23 @@ Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& b
           base, "a patch of FILL leaves the coordinate limit of " + number_text(kMaxCoordinate));
     }
   }
-  surface.make_cells(threads);
-  if (surface.upright_ == surface.triangles_.size()) {
+  surface.threads_ = threads;
+  if (!surface.find_extent()) {
     return bad_scan(base, "no triangle of the scan has an area in plan (" +
                               std::to_string(surface.triangles_.size()) + " triangles)");
   }
   if (base.smooth_normals) surface.make_vertex_normals();
+  surface.plan_ = std::make_unique<PlanGrid>();
   surface.border_ = std::make_unique<Border>();
   return surface;
 }
 
-void ScannedSurface::make_cells(int threads) {
-  const std::size_t count = triangles_.size();
-  constexpr std::size_t kBlock = 1 << 16;
-  // Extent of the triangles, each block's apart; the sums of box sizes tell how fine cells can be.
-  struct Extent {
-    PlanBox box{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
-    double z_low = HUGE_VAL, z_high = -HUGE_VAL, width = 0, height = 0, area = 0;
-    std::size_t upright = 0;
-  };
-  std::vector<Extent> extents((count + kBlock - 1) / kBlock);
-  // Triangles in random order find their vertices all over: memory is asked for some ahead.
-  constexpr std::size_t kAhead = 16;
-  const auto ask_for = [&](std::size_t i) {
-    for (const std::uint32_t v : triangles_[i]) __builtin_prefetch(&positions_[v]);
-  };
-  parallel_blocks(count, kBlock, threads, [&](std::size_t begin, std::size_t end, int) {
-    Extent& e = extents[begin / kBlock];
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < count) ask_for(i + kAhead);
-      const auto [v0, v1, v2] = triangles_[i];
-      const Vec3 &a = positions_[v0], &b = positions_[v1], &c = positions_[v2];
-      if (turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y()) == 0) {
-        ++e.upright;
-        continue;
-      }
-      const PlanBox box = box_of(static_cast<std::uint32_t>(i));
-      e.box = {std::min(e.box.x0, box.x0), std::max(e.box.x1, box.x1), std::min(e.box.y0, box.y0),
-               std::max(e.box.y1, box.y1)};
-      e.z_low = std::min(e.z_low, std::min(a.z(), std::min(b.z(), c.z())));
-      e.z_high = std::max(e.z_high, std::max(a.z(), std::max(b.z(), c.z())));
-      const double width = box.x1 - box.x0, height = box.y1 - box.y0;
-      e.width += width;
-      e.height += height;
-      e.area += width * height;
-    }
-  });
-  Extent all;
-  for (const Extent& e : extents) {
-    all.box = {std::min(all.box.x0, e.box.x0), std::max(all.box.x1, e.box.x1),
-               std::min(all.box.y0, e.box.y0), std::max(all.box.y1, e.box.y1)};
-    all.z_low = std::min(all.z_low, e.z_low);
-    all.z_high = std::max(all.z_high, e.z_high);
-    all.width += e.width;
-    all.height += e.height;
-    all.area += e.area;
-    all.upright += e.upright;
-  }
-  upright_ = all.upright;
-  if (upright_ == count) return;
-  plan_box_ = all.box;
-  z_low_ = all.z_low;
-  z_high_ = all.z_high;
-
-  const double width = std::max(all.box.x1 - all.box.x0, 1e-300),
-               height = std::max(all.box.y1 - all.box.y0, 1e-300);
-  const auto live = static_cast<double>(count - upright_);
-  cells_.x0 = all.box.x0;
-  cells_.y0 = all.box.y0;
-  // Two triangles a cell, fewer cells where large triangles would stand in too many of them.
-  for (double cells = std::max(1.0, 0.5 * live);; cells *= 0.25) {
-    constexpr double kMostAcross = 1 << 15;  // 16 bits hold a number of them
-    const double side = std::sqrt(width * height / cells);
-    cells_.nx = static_cast<int>(std::clamp(width / side, 1.0, kMostAcross));
-    cells_.ny = static_cast<int>(std::clamp(height / side, 1.0, kMostAcross));
-    cells_.per_x = cells_.nx / width;
-    cells_.per_y = cells_.ny / height;
-    const double entries = live + all.width * cells_.per_x + all.height * cells_.per_y +
-                           all.area * cells_.per_x * cells_.per_y;
-    constexpr double kEntriesPerTriangle = 7;
-    if (entries <= kEntriesPerTriangle * live || cells <= 1) break;
-  }
-
-  const auto lines = static_cast<std::size_t>(cells_.ny);
-  const auto columns = static_cast<std::size_t>(cells_.nx);
-  const RowBins bins(count, lines, threads, [&](std::size_t i) {
-    if (i + kAhead < count) ask_for(i + kAhead);
-    const auto [v0, v1, v2] = triangles_[i];
-    const Vec3 &a = positions_[v0], &b = positions_[v1], &c = positions_[v2];
-    if (turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y()) == 0) return CellRange{};
-    const PlanBox box = box_of(static_cast<std::uint32_t>(i));
-    const auto cell = [](int at) { return static_cast<std::uint16_t>(at); };
-    return CellRange{cell(cells_.column(box.x0)), cell(cells_.column(box.x1)),
-                     cell(cells_.line(box.y0)), cell(cells_.line(box.y1))};
-  });
-  // Counts line by line, then places line by line.
-  start_.assign(lines * columns + 1, 0);
-  constexpr std::size_t kLines = 4;
-  parallel_blocks(lines, kLines, threads, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t line = begin; line < end; ++line) {
-      std::uint32_t* const after = start_.data() + line * columns + 1;
-      for (const RowBins::Entry& e : bins.row(line)) {
-        for (std::size_t k = e.x0; k <= e.x1; ++k) ++after[k];
-      }
-    }
-  });
-  for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
-  items_ = LargeArray<std::uint32_t>(start_.back());
-  parallel_blocks(lines, kLines, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::vector<std::uint32_t> next(columns);
-    for (std::size_t line = begin; line < end; ++line) {
-      std::copy_n(start_.begin() + static_cast<std::ptrdiff_t>(line * columns), columns,
-                  next.begin());
-      for (const RowBins::Entry& e : bins.row(line)) {
-        for (std::size_t k = e.x0; k <= e.x1; ++k) items_.data()[next[k]++] = e.item;
-      }
-    }
-  });
-}
-
 void ScannedSurface::make_vertex_normals() {
   // Equal positions share their normal, also where the file repeats them for each facet.
-  VertexTable table(positions_.size() / 2);
-  std::vector<std::uint32_t> place(positions_.size());
-  for (std::size_t v = 0; v < positions_.size(); ++v) place[v] = table.add(positions_[v]);
-  std::vector<Vec3> sums(table.size(), Vec3::Zero());
+  std::size_t different = 0;
+  normal_of_ = equal_positions(positions_, different);
+  std::vector<Vec3>& sums = vertex_normals_;
+  sums.assign(different, Vec3::Zero());
   for (const std::array<std::uint32_t, 3>& t : triangles_) {
     const std::array<Vec3, 3> p{positions_[t[0]], positions_[t[1]], positions_[t[2]]};
     Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -234,15 +160,14 @@ void ScannedSurface::make_vertex_normals() {
     n /= n.z() < 0 ? -length : length;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
-      sums[place[t[k]]] += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
+      sums[normal_of_[t[k]]] += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
     }
   }
   for (Vec3& n : sums) {
     const double length = n.norm();
     if (length > 0) n /= length;
   }
-  vertex_normals_.resize(positions_.size());
-  for (std::size_t v = 0; v < positions_.size(); ++v) vertex_normals_[v] = sums[place[v]];
+  if (different == positions_.size()) normal_of_ = {};
 }
 
 Vec3 ScannedSurface::normal(std::uint32_t face, double x, double y) const {
@@ -260,8 +185,8 @@ Vec3 ScannedSurface::normal(std::uint32_t face, double x, double y) const {
       std::clamp(area(x - a.x(), y - a.y(), c.x() - a.x(), c.y() - a.y()) / whole, 0.0, 1.0);
   const double third =
       std::clamp(area(b.x() - a.x(), b.y() - a.y(), x - a.x(), y - a.y()) / whole, 0.0, 1.0);
-  const Vec3 blended = (1 - second - third) * vertex_normals_[t[0]] +
-                       second * vertex_normals_[t[1]] + third * vertex_normals_[t[2]];
+  const Vec3 blended = (1 - second - third) * vertex_normal(t[0]) + second * vertex_normal(t[1]) +
+                       third * vertex_normal(t[2]);
   const double length = blended.norm();
   return length > 0 && blended.z() > 0 ? Vec3(blended / length) : facet;
 }
@@ -272,7 +197,8 @@ bool ScannedSurface::at(double x, double y, BaseHit& hit) const {
   }
   bool found = false;
   ScannedTriangle t;
-  for (const std::uint32_t face : in_cell(cells_.column(x), cells_.line(y))) {
+  const PlanGrid& plan = this->plan();
+  for (const std::uint32_t face : plan.in_cell(plan.cells.column(x), plan.cells.line(y))) {
     const PlanBox b = box_of(face);
     if (x < b.x0 || x > b.x1 || y < b.y0 || y > b.y1) continue;
     if (!triangle(face, t) || !t.covers(x, y)) continue;
@@ -292,14 +218,16 @@ void ScannedSurface::row(double y, std::span<const double> xs, double* z, double
   if (face != nullptr) std::fill_n(face, xs.size(), kNoFace);
   if (xs.empty() || !(y >= plan_box_.y0 && y <= plan_box_.y1)) return;
   const LineSearch lines(xs);
-  const int line = cells_.line(y);
+  const PlanGrid& plan = this->plan();
+  const Cells& cells = plan.cells;
+  const int line = cells.line(y);
   const std::size_t last = lines.first_above(plan_box_.x1);
   ScannedTriangle t;
   // Each cell of the line answers for the points whose cell it is.
   for (std::size_t from = lines.first_from(plan_box_.x0), to = from; from < last; from = to) {
-    const int column = cells_.column(xs[from]);
-    while (to < last && cells_.column(xs[to]) == column) ++to;
-    for (const std::uint32_t f : in_cell(column, line)) {
+    const int column = cells.column(xs[from]);
+    while (to < last && cells.column(xs[to]) == column) ++to;
+    for (const std::uint32_t f : plan.in_cell(column, line)) {
       const PlanBox b = box_of(f);
       if (y < b.y0 || y > b.y1 || xs[from] > b.x1 || xs[to - 1] < b.x0) continue;
       if (!triangle(f, t)) continue;

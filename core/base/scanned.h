@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -111,7 +113,7 @@ class ScannedSurface {
   [[nodiscard]] double z_low() const { return z_low_; }
   [[nodiscard]] double z_high() const { return z_high_; }
   // Triangles that have no plan area.
-  [[nodiscard]] std::size_t upright() const { return upright_; }
+  [[nodiscard]] std::size_t upright() const { return plan().upright; }
   // What FILL closed: its triangles are the last.
   [[nodiscard]] const ScanFill& fill() const { return fill_; }
   [[nodiscard]] const std::vector<Vec3>& positions() const { return positions_; }
@@ -134,11 +136,37 @@ class ScannedSurface {
     }
   };
 
+  // The triangles over each cell.
+  struct PlanGrid {
+    std::once_flag once;
+    std::atomic<bool> made = false;
+    Cells cells;
+    std::size_t upright = 0;
+    std::vector<std::uint32_t> start;  // of each cell in items
+    LargeArray<std::uint32_t> items;   // triangles of each cell, ascending
+    [[nodiscard]] std::span<const std::uint32_t> in_cell(int column, int line) const {
+      const std::size_t cell = static_cast<std::size_t>(line) * static_cast<std::size_t>(cells.nx) +
+                               static_cast<std::size_t>(column);
+      return {items.data() + start[cell], start[cell + 1] - start[cell]};
+    }
+  };
   struct Border;
+  struct Extent;
 
   ScannedSurface();
-  void make_cells(int threads);
+  // False where no triangle has an area in plan.
+  bool find_extent();
+  [[nodiscard]] Extent measure() const;
+  // Made when the first point, row or box asks for it: whole grids do without.
+  [[nodiscard]] const PlanGrid& plan() const {
+    if (!plan_->made.load(std::memory_order_acquire)) make_plan();
+    return *plan_;
+  }
+  void make_plan() const;
   void make_vertex_normals();
+  [[nodiscard]] const Vec3& vertex_normal(std::uint32_t vertex) const {
+    return vertex_normals_[normal_of_.empty() ? vertex : normal_of_[vertex]];
+  }
   [[nodiscard]] const Border& border() const;
   template <class See>
   void each_triangle_over(const PlanBox& box, const See& see) const;
@@ -146,28 +174,26 @@ class ScannedSurface {
     const std::array<std::uint32_t, 3>& t = triangles_[face];
     return out.set(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
   }
+  // Asks memory for a triangle's vertices.
+  void ask_for(std::size_t face) const {
+    for (const std::uint32_t v : triangles_[face]) __builtin_prefetch(&positions_[v]);
+  }
   [[nodiscard]] PlanBox box_of(std::uint32_t face) const {
     const std::array<std::uint32_t, 3>& t = triangles_[face];
     const Vec3 &a = positions_[t[0]], &b = positions_[t[1]], &c = positions_[t[2]];
     return {std::min(a.x(), std::min(b.x(), c.x())), std::max(a.x(), std::max(b.x(), c.x())),
             std::min(a.y(), std::min(b.y(), c.y())), std::max(a.y(), std::max(b.y(), c.y()))};
   }
-  [[nodiscard]] std::span<const std::uint32_t> in_cell(int column, int line) const {
-    const std::size_t cell = static_cast<std::size_t>(line) * static_cast<std::size_t>(cells_.nx) +
-                             static_cast<std::size_t>(column);
-    return {items_.data() + start_[cell], start_[cell + 1] - start_[cell]};
-  }
 
   std::vector<Vec3> positions_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
-  std::vector<Vec3> vertex_normals_;  // with NORMALS,SMOOTH
+  std::vector<Vec3> vertex_normals_;      // with NORMALS,SMOOTH; equal positions share one
+  std::vector<std::uint32_t> normal_of_;  // a vertex; empty where each has its own
   PlanBox plan_box_;
   double z_low_ = 0, z_high_ = 0;
-  std::size_t upright_ = 0;
   ScanFill fill_;
-  Cells cells_;
-  std::vector<std::uint32_t> start_;  // of each cell in items_
-  LargeArray<std::uint32_t> items_;   // triangles of each cell, ascending
+  int threads_ = 0;
+  mutable std::unique_ptr<PlanGrid> plan_;
   mutable std::unique_ptr<Border> border_;
 };
 

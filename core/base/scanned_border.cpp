@@ -74,22 +74,23 @@ const ScannedSurface::Border& ScannedSurface::border() const {
   Border& border = *border_;
   std::call_once(border.once, [&] {
     border.edges = plan_border(positions_, triangles_);
+    const Cells& cells = plan().cells;
     // The cells of each edge's box, by counting.
     const auto each_cell = [&](const auto& see) {
       for (std::uint32_t k = 0; k < border.edges.size(); ++k) {
         const Vec3 &a = positions_[border.edges[k][0]], &b = positions_[border.edges[k][1]];
-        const int last_line = cells_.line(std::max(a.y(), b.y()));
-        const int last_column = cells_.column(std::max(a.x(), b.x()));
-        for (int j = cells_.line(std::min(a.y(), b.y())); j <= last_line; ++j) {
-          for (int i = cells_.column(std::min(a.x(), b.x())); i <= last_column; ++i) {
-            see(static_cast<std::size_t>(j) * static_cast<std::size_t>(cells_.nx) +
+        const int last_line = cells.line(std::max(a.y(), b.y()));
+        const int last_column = cells.column(std::max(a.x(), b.x()));
+        for (int j = cells.line(std::min(a.y(), b.y())); j <= last_line; ++j) {
+          for (int i = cells.column(std::min(a.x(), b.x())); i <= last_column; ++i) {
+            see(static_cast<std::size_t>(j) * static_cast<std::size_t>(cells.nx) +
                     static_cast<std::size_t>(i),
                 k);
           }
         }
       }
     };
-    border.start.assign(start_.size() + 1, 0);
+    border.start.assign(plan().start.size() + 1, 0);
     each_cell([&](std::size_t cell, std::uint32_t) { ++border.start[cell + 2]; });
     for (std::size_t c = 2; c < border.start.size(); ++c) border.start[c] += border.start[c - 1];
     border.items.resize(border.start.back());
@@ -109,11 +110,12 @@ void ScannedSurface::border_over(const PlanBox& box, std::size_t most,
   edges.clear();
   const Border& border = this->border();
   if (border.edges.empty()) return;
-  const int first_line = cells_.line(box.y0), last_line = cells_.line(box.y1);
-  const int first_column = cells_.column(box.x0), last_column = cells_.column(box.x1);
+  const Cells& cells = plan().cells;
+  const int first_line = cells.line(box.y0), last_line = cells.line(box.y1);
+  const int first_column = cells.column(box.x0), last_column = cells.column(box.x1);
   for (int j = first_line; j <= last_line; ++j) {
     for (int i = first_column; i <= last_column; ++i) {
-      const std::size_t cell = static_cast<std::size_t>(j) * static_cast<std::size_t>(cells_.nx) +
+      const std::size_t cell = static_cast<std::size_t>(j) * static_cast<std::size_t>(cells.nx) +
                                static_cast<std::size_t>(i);
       for (std::uint32_t k = border.start[cell]; k < border.start[cell + 1]; ++k) {
         const BorderEdge& edge = border.edges[border.items[k]];
@@ -124,8 +126,8 @@ void ScannedSurface::border_over(const PlanBox& box, std::size_t most,
           continue;
         }
         // Once is enough: in the first cell of those asked for that holds it.
-        if (std::max(cells_.column(low_x), first_column) != i ||
-            std::max(cells_.line(low_y), first_line) != j) {
+        if (std::max(cells.column(low_x), first_column) != i ||
+            std::max(cells.line(low_y), first_line) != j) {
           continue;
         }
         // Apart where all four corners are on one side of the edge's line.
@@ -145,17 +147,19 @@ void ScannedSurface::border_over(const PlanBox& box, std::size_t most,
 // Calls see(triangle, its box) for every triangle that reaches into the box.
 template <class See>
 void ScannedSurface::each_triangle_over(const PlanBox& box, const See& see) const {
-  const int first_line = cells_.line(box.y0), last_line = cells_.line(box.y1);
-  const int first_column = cells_.column(box.x0), last_column = cells_.column(box.x1);
+  const PlanGrid& plan = this->plan();
+  const Cells& cells = plan.cells;
+  const int first_line = cells.line(box.y0), last_line = cells.line(box.y1);
+  const int first_column = cells.column(box.x0), last_column = cells.column(box.x1);
   ScannedTriangle t;
   for (int j = first_line; j <= last_line; ++j) {
     for (int i = first_column; i <= last_column; ++i) {
-      for (const std::uint32_t face : in_cell(i, j)) {
+      for (const std::uint32_t face : plan.in_cell(i, j)) {
         const PlanBox b = box_of(face);
         if (b.x1 < box.x0 || b.x0 > box.x1 || b.y1 < box.y0 || b.y0 > box.y1) continue;
         // Once is enough: in the first cell of those asked for that holds it.
-        if (std::max(cells_.column(b.x0), first_column) != i ||
-            std::max(cells_.line(b.y0), first_line) != j) {
+        if (std::max(cells.column(b.x0), first_column) != i ||
+            std::max(cells.line(b.y0), first_line) != j) {
           continue;
         }
         if (!triangle(face, t)) continue;
@@ -176,11 +180,13 @@ void ScannedSurface::each_triangle_over(const PlanBox& box, const See& see) cons
 
 void ScannedSurface::faces_over(const PlanBox& box, std::vector<std::uint32_t>& faces) const {
   faces.clear();
-  const int last_line = cells_.line(box.y1), last_column = cells_.column(box.x1);
+  const PlanGrid& plan = this->plan();
+  const Cells& cells = plan.cells;
+  const int last_line = cells.line(box.y1), last_column = cells.column(box.x1);
   ScannedTriangle t;
-  for (int j = cells_.line(box.y0); j <= last_line; ++j) {
-    for (int i = cells_.column(box.x0); i <= last_column; ++i) {
-      for (const std::uint32_t face : in_cell(i, j)) {
+  for (int j = cells.line(box.y0); j <= last_line; ++j) {
+    for (int i = cells.column(box.x0); i <= last_column; ++i) {
+      for (const std::uint32_t face : plan.in_cell(i, j)) {
         const PlanBox b = box_of(face);
         if (b.x1 < box.x0 || b.x0 > box.x1 || b.y1 < box.y0 || b.y0 > box.y1) continue;
         if (triangle(face, t)) faces.push_back(face);
@@ -211,8 +217,10 @@ ScannedSurface::Layers ScannedSurface::layers(int threads) const {
     std::uint32_t face;
     char marks;
   };
+  const PlanGrid& plan = this->plan();
+  const Cells& cells = plan.cells;
   // Lines of cells mark triangles of their own in lists: a triangle may stand in several.
-  const auto lines = static_cast<std::size_t>(cells_.ny);
+  const auto lines = static_cast<std::size_t>(cells.ny);
   std::vector<std::vector<std::pair<std::uint32_t, char>>> found(lines);
   std::vector<std::vector<std::array<Vec3, 2>>> meets(lines);
   // Which of two that overlap is the upper one: the corners of what they have in common tell.
@@ -265,9 +273,9 @@ ScannedSurface::Layers ScannedSurface::layers(int threads) const {
   parallel_blocks(lines, 1, threads, [&](std::size_t begin, std::size_t end, int) {
     std::vector<Here> here;
     for (std::size_t j = begin; j < end; ++j) {
-      for (int i = 0; i < cells_.nx; ++i) {
+      for (int i = 0; i < cells.nx; ++i) {
         here.clear();
-        for (const std::uint32_t f : in_cell(i, static_cast<int>(j))) {
+        for (const std::uint32_t f : plan.in_cell(i, static_cast<int>(j))) {
           Here h;
           if (!triangle(f, h.t)) continue;
           h.face = f;
@@ -285,8 +293,8 @@ ScannedSurface::Layers ScannedSurface::layers(int threads) const {
             if (s.y_high() <= t.y_low() || t.y_high() <= s.y_low() || parted(s, t) || parted(t, s))
               continue;
             // Once is enough: in the first cell that holds both.
-            if (cells_.column(std::max(s.x_low(), t.x_low())) != i ||
-                cells_.line(std::max(s.y_low(), t.y_low())) != static_cast<int>(j))
+            if (cells.column(std::max(s.x_low(), t.x_low())) != i ||
+                cells.line(std::max(s.y_low(), t.y_low())) != static_cast<int>(j))
               continue;
             compare(here[a], here[b], &meets[j]);
           }

@@ -25,6 +25,22 @@ bool same(const Vec3& a, const Vec3& b) {
   return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2])) == 0;
 }
 
+using Key = std::array<float, 3>;
+
+Key key_of(const Vec3& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+Vec3 widened(const Key& key) {
+  return {static_cast<double>(key[0]), static_cast<double>(key[1]), static_cast<double>(key[2])};
+}
+// To the bit: of different bits the positions differ, too.
+bool same(const Key& a, const Key& b) {
+  std::array<std::uint32_t, 3> x, y;
+  std::memcpy(x.data(), a.data(), sizeof x);
+  std::memcpy(y.data(), b.data(), sizeof y);
+  return ((x[0] ^ y[0]) | (x[1] ^ y[1]) | (x[2] ^ y[2])) == 0;
+}
+
 }  // namespace
 
 CornerWeld::CornerWeld(std::size_t expected, int threads) : threads_(thread_count(threads)) {
@@ -44,7 +60,7 @@ void CornerWeld::make_table(Part& part, std::size_t slots) {
   // Looked up all over: every look-up finds its page.
   part.slots = {};
   reserve_large(part.slots, slots);
-  part.slots.assign(slots, {kAbsent, 0});
+  part.slots.assign(slots, {{}, kAbsent});
   part.mask = slots - 1;
 }
 
@@ -54,8 +70,9 @@ void CornerWeld::grow(Part& part) const {
   part.fresh.clear();
   for (const Slot& slot : old) {
     if (slot.index == kAbsent) continue;
-    const std::uint64_t hash =
-        slot.index < kFresh ? hash_of(positions_[slot.index]) : hashes_[slot.index - kFresh];
+    const std::uint64_t hash = slot.index >= kFresh ? hashes_[slot.index - kFresh]
+                               : floats_            ? hash_of(widened(slot.key))
+                                                    : hash_of(positions_[slot.index]);
     std::size_t at = static_cast<std::size_t>(hash) & part.mask;
     while (part.slots[at].index != kAbsent) at = (at + 1) & part.mask;
     part.slots[at] = slot;
@@ -76,6 +93,7 @@ void CornerWeld::share_out(std::size_t block, std::size_t count, const Fill& fil
   std::array<std::uint16_t, 4096> latest;
   latest.fill(kNobody);
   std::uint16_t leaders = 0;
+  bool floats = true;
   for (std::size_t i = 0; i < size; ++i) {
     const Vec3 corner = corners[i] + Vec3::Zero();  // -0 becomes 0
     const std::uint64_t hash = hash_of(corner);
@@ -84,10 +102,12 @@ void CornerWeld::share_out(std::size_t block, std::size_t count, const Fill& fil
       last = leaders++;
       corners[last] = corner;  // never in front of what is still to come
       hashes[last] = hash;
+      floats &= same(widened(key_of(corner)), corner);
     }
     shared.leader[i] = last;
   }
   shared.leaders = leaders;
+  shared.floats = floats;
   shared.begin.fill(0);
   for (std::size_t i = 0; i < leaders; ++i) ++shared.begin[part_of(hashes[i])];
   std::uint16_t before = 0;
@@ -127,24 +147,26 @@ void CornerWeld::find_or_add(Part& part, std::size_t begin, std::size_t end) {
   std::size_t mask = part.mask;
   // Many at once, which hides the memory's latency: first the slots, then the positions they name.
   for (std::size_t at = begin; at < end; ++at) __builtin_prefetch(&slots[hashes[at] & mask]);
-  for (std::size_t at = begin; at < end; ++at) {
-    const std::uint32_t index = slots[hashes[at] & mask].index;
-    if (index < kFresh) __builtin_prefetch(&known[index]);
+  if (!floats_) {
+    for (std::size_t at = begin; at < end; ++at) {
+      const std::uint32_t index = slots[hashes[at] & mask].index;
+      if (index < kFresh) __builtin_prefetch(&known[index]);
+    }
   }
   for (std::size_t at = begin; at < end; ++at) {
     const std::uint64_t hash = hashes[at];
-    const auto tag = static_cast<std::uint32_t>(hash >> 32);
+    const Key key = key_of(corners[at]);
     std::size_t place = static_cast<std::size_t>(hash) & mask;
     std::uint32_t index = kAbsent;
     for (; (index = slots[place].index) != kAbsent; place = (place + 1) & mask) {
-      if (slots[place].tag == tag &&
-          same(index < kFresh ? known[index] : corners[index - kFresh], corners[at])) {
+      if (same(slots[place].key, key) &&
+          (floats_ || same(index < kFresh ? known[index] : corners[index - kFresh], corners[at]))) {
         break;
       }
     }
     if (index == kAbsent) {
       index = static_cast<std::uint32_t>(kFresh + at);
-      slots[place] = {index, tag};
+      slots[place] = {key, index};
       part.fresh.push_back(place);
       if (++part.used * kFullSlots > (mask + 1) * kFullUsed) {
         grow(part);
@@ -193,6 +215,7 @@ void CornerWeld::add(const Fill& fill, std::span<std::uint32_t> indices) {
   }
   parallel_blocks(blocks, 1, threads_,
                   [&](std::size_t b, std::size_t, int) { share_out(b, count, fill); });
+  for (const Block& block : std::span(blocks_).first(blocks)) floats_ &= block.floats;
   parallel_blocks(parts_, 1, threads_,
                   [&](std::size_t p, std::size_t, int) { find_or_add(p, blocks); });
   std::size_t total = positions_.size();

@@ -19,7 +19,7 @@ namespace diesink {
 // a wave have met theirs.
 // Needs:  finite coordinates; fewer than kMostVertices different positions. -0 and 0 are the same,
 // and 0 is kept.
-// Memory: 8 to 27 bytes a position beside the positions, and 40 for each corner of a wave.
+// Memory: 27 to 53 bytes a position beside the positions, and 40 for each corner of a wave.
 class CornerWeld {
  public:
   // `expected`: how many different positions there may be; it grows as needed.
@@ -50,9 +50,11 @@ class CornerWeld {
   static constexpr std::size_t kMostParts = 16;
   static constexpr std::size_t kBlock = 3 * 1024;  // corners
 
-  struct Slot {
+  // The position to float: where all are floats, as in binary files, a look-up asks for this line
+  // of memory alone, and for the position itself only where they are not.
+  struct alignas(16) Slot {
+    std::array<float, 3> key;
     std::uint32_t index;  // kAbsent where there is none
-    std::uint32_t tag;    // of the hash, the upper bits
   };
   struct Part {
     std::vector<Slot> slots;  // a power of two
@@ -67,6 +69,7 @@ class CornerWeld {
     std::array<std::uint16_t, kMostParts + 1> begin;  // of each part
     std::array<std::uint16_t, kMostParts> fresh_in;   // how many of each part are new
     std::size_t leaders = 0;
+    bool floats = true;  // every leader is the same as its float
     std::uint32_t first_number = 0;
   };
 
@@ -81,6 +84,7 @@ class CornerWeld {
 
   int threads_;
   std::size_t parts_, wave_;
+  bool floats_ = true;  // every position up to now is the same as its float
   std::array<Part, kMostParts> part_;
   std::vector<Vec3> positions_;
   // Of the leaders of a wave, by place in their block.

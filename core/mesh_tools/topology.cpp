@@ -102,6 +102,35 @@ std::vector<EdgeUse> edge_uses(std::span<const Triangle> triangles, std::size_t 
   return uses;
 }
 
+namespace {
+
+struct Suspect {
+  Triangle corners;  // ascending
+  std::uint32_t triangle;
+};
+
+// Another hash on fewer: most that only shared a bit with a different triangle go, before the sort.
+void drop_lonely(std::vector<Suspect>& suspects) {
+  const std::size_t bits = std::bit_ceil(std::max<std::size_t>(16 * suspects.size(), 64));
+  const auto bit_of = [bits](const Suspect& s) {
+    std::uint64_t h = 0;
+    for (const std::uint32_t v : s.corners) h = (h ^ v) * 0x94D049BB133111EBULL ^ h >> 31;
+    return (h ^ h >> 32) & (bits - 1);
+  };
+  std::vector<std::uint64_t> met(bits / 64), met_again(bits / 64);
+  for (const Suspect& s : suspects) {
+    const std::uint64_t at = bit_of(s), bit = std::uint64_t{1} << at % 64;
+    met_again[at / 64] |= met[at / 64] & bit;
+    met[at / 64] |= bit;
+  }
+  std::erase_if(suspects, [&](const Suspect& s) {
+    const std::uint64_t at = bit_of(s);
+    return (met_again[at / 64] >> at % 64 & 1) == 0;
+  });
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> find_duplicates(std::span<const Triangle> triangles, int threads) {
   // Every triangle sets the bit its corners' hash names; a bit met twice tells triangles worth a
   // look. That finds all duplicates, in any order of work, and few others.
@@ -143,10 +172,6 @@ std::vector<std::uint32_t> find_duplicates(std::span<const Triangle> triangles, 
     const std::uint64_t before = met[at / 64].fetch_or(bit, std::memory_order_relaxed);
     if ((before & bit) != 0) met_again[at / 64].fetch_or(bit, std::memory_order_relaxed);
   });
-  struct Suspect {
-    Triangle corners;
-    std::uint32_t triangle;
-  };
   std::vector<std::vector<Suspect>> found((triangles.size() + kBlock - 1) / kBlock);
   for_bits(met_again, [&](std::size_t block, std::size_t t, std::uint64_t at) {
     if ((met_again[at / 64].load(std::memory_order_relaxed) >> at % 64 & 1) == 0) return;
@@ -157,6 +182,7 @@ std::vector<std::uint32_t> find_duplicates(std::span<const Triangle> triangles, 
     suspects.insert(suspects.end(), each.begin(), each.end());
     each = {};
   }
+  drop_lonely(suspects);
   std::sort(suspects.begin(), suspects.end(), [](const Suspect& a, const Suspect& b) {
     return a.corners != b.corners ? a.corners < b.corners : a.triangle < b.triangle;
   });

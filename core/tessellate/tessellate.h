@@ -64,7 +64,10 @@ struct TessellationReport {
   double tolerance = 0;
   double certified_deviation = 0;  // a bound, not a sample
   double uncertified_area = 0;     // plan area whose features or deviation could not be certified
-  double area = 0, volume = 0;     // volume under the surface down to the floor or the lowest z
+  // How far, along vertical lines, creases of a scanned base may lie off its own triangles: where
+  // the scan had to be thinned out before the curves were found. 0 where they lie on them.
+  double crease_offset = 0;
+  double area = 0, volume = 0;  // volume under the surface down to the floor or the lowest z
   bool watertight = false;
   std::array<double, 4> domain{0, 0, 0, 0};
   std::array<Vec3, 2> bounds{Vec3::Zero(), Vec3::Zero()};

@@ -87,6 +87,16 @@ std::vector<std::array<Vec3, 2>> profile_on(const ScanSheet& sheet, int axis, do
   return pieces;
 }
 
+// A base must be somewhere: where a domain within `reach` of the origin does not see it.
+ScanSheet sheet_elsewhere(double reach) {
+  const double far = 4 * reach + 1;
+  ScanSheet sheet;
+  sheet.points = {{far, far, 0}, {far + 1, far, 0}, {far, far + 1, 0}};
+  sheet.triangles.push_back({0, 1, 2});
+  sheet.twin.assign(3, ScanSheet::kNone);
+  return sheet;
+}
+
 // The seam of a tile over a scan. Along the cut the scan is the border of its sheet, which both
 // tiles have to the bit; a base that looks like it everywhere across the domain takes its place, so
 // that nothing depends on what either tile has made of the scan beside the cut.
@@ -110,14 +120,17 @@ Result<Seam> scan_seam(const CompoundSurface& original, const ScanSheet& sheet, 
     ruled.triangles.push_back({a, b, d});
     ruled.triangles.push_back({a, d, c});
   }
-  if (pieces.empty()) {  // a base must be somewhere: where the domain does not see it
-    const double far = 4 * original.size() + 1;
-    ruled.points = {{far, far, 0}, {far + 1, far, 0}, {far, far + 1, 0}};
-    ruled.triangles.push_back({0, 1, 2});
-  }
+  if (pieces.empty()) ruled = sheet_elsewhere(original.size());
   Result<CompoundSurface> surface = over_sheet(original, ruled);
   if (!surface) return surface.error();
   return make_seam(surface->impl(), axis, at, from, to, options);
+}
+
+// The largest absolute coordinate of the domain.
+double reach_of(const CompoundSurface& surface) {
+  const Machining& m = surface.program().machining;
+  return std::fmax(std::fmax(std::fabs(m.x_range[0]), std::fabs(m.x_range[1])),
+                   std::fmax(std::fabs(m.y_range[0]), std::fabs(m.y_range[1])));
 }
 
 Error nothing_there(const CompoundSurface& surface) {
@@ -141,7 +154,9 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
                               way.lean * tolerance, options.threads);
   const bool tiled = options.tiles != std::array{1, 1};
   if (sheet.triangles.empty() && tiled && original.program().solids.empty()) return empty_tile(box);
-  if (sheet.triangles.empty()) return nothing_there(original);
+  // The whole domain is a hole: what solids there are is meshed.
+  if (sheet.triangles.empty() && original.program().solids.empty()) return nothing_there(original);
+  if (sheet.triangles.empty()) sheet = sheet_elsewhere(reach_of(original));
   ThinOptions thin;
   thin.feature_angle = feature_angle;
   thin.box = box;
@@ -172,10 +187,11 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   }
   // What stands for the scan differs from it by that along vertical lines; so does the whole die,
   // as max and min keep bounds on heights.
-  double moved = sheet.moved;
+  double moved = sheet.moved, crease_offset = 0;
   if (way.before > 0) {
     thin.tolerance = way.before * tolerance;
-    moved += thin_sheet(sheet, thin);
+    crease_offset = thin_sheet(sheet, thin);
+    moved += crease_offset;
   }
   Result<CompoundSurface> made_surface = over_sheet(original, sheet);
   if (!made_surface) return made_surface.error();
@@ -252,6 +268,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   }
   TessellationReport& report = made->report;
   report.tolerance = tolerance;
+  report.crease_offset = crease_offset;
   report.uncertified_area = arrangement->uncertified_area + sheet.unproven_area;
   report.certified_deviation = samples.largest_deviation;
   for (ElementReport& e : report.elements) {
@@ -279,9 +296,10 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
 
 Result<CompoundSurface> seen_surface(const CompoundSurface& surface, const PlanBox& domain,
                                      double tolerance, int threads) {
-  const ScanSheet sheet = top_sheet(std::get<ScannedSurface>(surface.impl().base), domain,
-                                    kWays[0].lean * tolerance, threads);
-  if (sheet.triangles.empty()) return nothing_there(surface);
+  ScanSheet sheet = top_sheet(std::get<ScannedSurface>(surface.impl().base), domain,
+                              kWays[0].lean * tolerance, threads);
+  if (sheet.triangles.empty() && surface.program().solids.empty()) return nothing_there(surface);
+  if (sheet.triangles.empty()) sheet = sheet_elsewhere(reach_of(surface));
   return over_sheet(surface, sheet);
 }
 

@@ -44,8 +44,27 @@ class Scan(CommandLineTest):
         self.assertEqual(sorted(told), ["holes", "layered_area", "open_area"])
         said = json.loads(self.run_program("export", part, "-o", "die.stl", "--json", "--report",
                                            "die.json").stdout)
+        told["crease_offset"] = 0
         self.assertEqual(said["scan"], told)
         self.assertEqual(json.loads((self.folder / "die.json").read_text())["scan"], told)
+
+    def test_a_scan_beside_the_domain_is_a_hole(self):
+        self.scan()
+        away = PART.replace("P1,20,42", "P1,220,42").replace("P1,66,14", "P1,224,14").replace("B+S1-S2", "B+S1+S2")
+        part = self.write("away.part", away + "X-RNG,200,240\nY-RNG,0,60\n")
+        for options in ([], ["--tiles", "2x2"]):
+            said = json.loads(self.run_program("export", part, "-o", "away.stl", "--solid", "--json", *options).stdout)
+            self.assertTrue(said["watertight"])
+            self.assertEqual((said["uncertified_area"], said["scan"]["open_area"]), (0, 2400))
+            self.assertEqual({e["solid"] for e in said["elements"] if e["type"]}, {"S1", "S2"})
+        self.run_program("cc", part, "-o", "away.csv")
+        heights = [row.split(",")[2] for row in (self.folder / "away.csv").read_text().splitlines()[1:]]
+        self.assertTrue(any(heights) and not all(heights))
+        alone = "BSURF-DEF\n" + away.split("BSURF-DEF\n")[1].replace("B+S1+S2", "B")
+        part = self.write("alone.part", alone + "X-RNG,200,240\nY-RNG,0,60\n")
+        self.run_program("cc", part, "-o", "alone.csv")
+        done = self.run_program("export", part, "-o", "alone.stl", status=2)
+        self.assertIn(b"no triangle of the scan lies in the domain", done.stderr)
 
     def test_fill_closes_small_holes(self):
         part = self.scan()

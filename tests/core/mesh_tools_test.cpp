@@ -106,6 +106,31 @@ TEST(CornerWeld, NumbersPositionsAsTheyFirstAppear) {
   }
 }
 
+// Positions that are one as floats and two as doubles, after waves in which all were floats.
+TEST(CornerWeld, TellsPositionsApartThatFloatsDoNot) {
+  for (const int threads : {1, 2}) {
+    CornerWeld weld(0, threads);
+    const auto add = [&](std::vector<Vec3> corners) {
+      std::vector<std::uint32_t> numbers(corners.size());
+      weld.add([&](std::size_t begin, std::size_t end,
+                   Vec3* to) { std::copy(&corners[begin], &corners[0] + end, to); },
+               numbers);
+      return numbers;
+    };
+    using Numbers = std::vector<std::uint32_t>;
+    std::vector<Vec3> many;
+    for (int k = 0; k < 3 * 400; ++k) many.emplace_back(k, 0.5, 0.25);
+    EXPECT_EQ(add(many).back(), 1199U);
+    const Vec3 near(3, 0.5 + 1e-12, 0.25);
+    EXPECT_EQ(add({many[3], near, many[4]}), (Numbers{3, 1200, 4}));
+    EXPECT_EQ(add({near, many[3], Vec3(-0.0, 0.5, 0.25)}), (Numbers{1200, 3, 0}));
+    // The tables grow: what stands in them is found again.
+    for (Vec3& p : many) p.y() += 1e-13;
+    EXPECT_EQ(add(many)[7], 1208U);
+    EXPECT_EQ(add({many[9], near, Vec3(9, 0.5, 0.25)}), (Numbers{1210, 1200, 9}));
+  }
+}
+
 TEST(Topology, DuplicatesAreThoseAfterTheFirst) {
   std::mt19937 random(3);
   for (const std::uint32_t spread : {4U, 60U, 4000U}) {

@@ -12,6 +12,7 @@
 #include "core/base/exact_plan.h"
 #include "core/compound/compound_surface.h"
 #include "core/grid/grid_array.h"
+#include "core/parallel.h"
 #include "tests/support/height_mesh.h"
 #include "tests/support/load_part.h"
 
@@ -307,6 +308,43 @@ TEST(Scanned, TopmostLayerOfAClosedBody) {
   }
   BaseHit hit;
   EXPECT_FALSE(scan.at(std::nextafter(4.0, 5.0), 1, hit));
+}
+
+// A vertex without a triangle and a wall that stands upright beyond the others are no part of it.
+TEST(Scanned, ExtentIsThatOfTrianglesWithAnArea) {
+  TriangleMesh mesh = shaken_relief(9, 4);
+  const ScannedSurface plain = scan_of(mesh);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const double z : {-50.0, 50.0, 60.0}) mesh.positions.emplace_back(90, z, z);
+  mesh.positions.emplace_back(200, 200, 200);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  const ScannedSurface scan = scan_of(mesh);
+  EXPECT_EQ(scan.plan_box().x0, plain.plan_box().x0);
+  EXPECT_EQ(scan.plan_box().x1, plain.plan_box().x1);
+  EXPECT_EQ(scan.plan_box().y0, plain.plan_box().y0);
+  EXPECT_EQ(scan.plan_box().y1, plain.plan_box().y1);
+  EXPECT_EQ(scan.z_low(), plain.z_low());
+  EXPECT_EQ(scan.z_high(), plain.z_high());
+  EXPECT_EQ(scan.upright(), 1U);
+}
+
+// What points look into is made when the first asks, whichever thread it is.
+TEST(Scanned, ThePlanGridIsMadeOnceForAllThreads) {
+  const TriangleMesh mesh = shaken_relief(60, 6);
+  const ScannedSurface first = scan_of(mesh), asked = scan_of(mesh);
+  std::vector<std::uint32_t> faces(4000);
+  parallel_blocks(faces.size(), 1, 4, [&](std::size_t i, std::size_t, int) {
+    BaseHit hit;
+    const double x = -7 + 40.0 * static_cast<double>(i % 63) / 62,
+                 y = 2 + 40.0 * static_cast<double>(i / 63) / 63;
+    faces[i] = asked.at(x, y, hit) ? hit.face : kNoFace;
+  });
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    BaseHit hit;
+    const double x = -7 + 40.0 * static_cast<double>(i % 63) / 62,
+                 y = 2 + 40.0 * static_cast<double>(i / 63) / 63;
+    ASSERT_EQ(first.at(x, y, hit) ? hit.face : kNoFace, faces[i]);
+  }
 }
 
 TEST(Scanned, NeedlesKeepTheirHeights) {

@@ -9,6 +9,7 @@
 
 #include "core/base/scan_sheet.h"
 #include "core/base/scan_thin.h"
+#include "core/compound/compound_impl.h"
 #include "tests/support/height_mesh.h"
 #include "tests/support/load_part.h"
 #include "tests/support/mesh_proof.h"
@@ -41,7 +42,17 @@ TriangleMesh noisy(std::uint32_t n, double amplitude) {
                      [&](double x, double y) { return relief(x, y) + amplitude * noise(x, y); });
 }
 
-constexpr double kWallLean = 0.21;  // of the tolerance
+// Of the tolerance: how far beside an upright wall of the scan, or the wall under a rim, a point of
+// what stands for it may lie. A wall becomes a strip at most 0.1 of the tolerance wide, whose foot
+// moves along each of the two walls of a corner: twice that (ScanSheet::moved).
+constexpr double kWallLean = 0.2;
+
+// How far beside the scan points of curves may be: where nothing stands upright they are on it.
+double beside_scan(const CompoundSurface& surface, const TessellationReport& report) {
+  const auto& scan = std::get<ScannedSurface>(surface.impl().base);
+  const bool walls = scan.upright() > 0 || scan.layers(1).any();
+  return (walls ? kWallLean * (1 + 1e-6) * report.tolerance : 0) + report.crease_offset;
+}
 
 constexpr const char* kBoss = "S1,R-CYLI,2\nP1,20,20,-5\nNOR,.1,.2,1\nRAD,7\nLEN,14\n";
 constexpr const char* kPocket = "S2,SPHER\nP1,42,22,3\nRAD,9\n";
@@ -84,7 +95,7 @@ std::string faults_over(const CompoundSurface& surface, bool solid,
   check_report(*made, solid, faults);
   const double t = made->report.tolerance;
   check_deviation(surface, *made, t, options.samples, options.seed, faults);
-  check_curves(surface, *made, faults, 0, kWallLean * t);
+  check_curves(surface, *made, faults, 0, beside_scan(surface, made->report));
   // (Needles whose bound cannot be shown have no area to speak of.)
   const auto& d = made->report.domain;
   if (made->report.uncertified_area > told * (d[1] - d[0]) * (d[3] - d[2]))
