@@ -15,6 +15,7 @@
 #include "core/mesh_tools/weld.h"
 #include "core/parallel.h"
 #include "formats/json_writer.h"
+#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {
@@ -58,8 +59,8 @@ Mended mend(TriangleMesh& mesh, const Options& options) {
 std::string mended_text(const Mended& mended) {
   if (mended.repair) return to_text(*mended.repair);
   if (!mended.weld) return {};
-  return "welded: " + std::to_string(mended.weld->merged_vertices) + " vertices merged, " +
-         std::to_string(mended.weld->collapsed_triangles) + " triangles collapsed\n";
+  return "welded: " + counted(mended.weld->merged_vertices, "vertex|vertices| merged, ") +
+         counted(mended.weld->collapsed_triangles, "triangle|triangles| collapsed\n");
 }
 
 void write_mended(JsonWriter& json, const Mended& mended) {
