@@ -58,7 +58,8 @@ Result<GlbParts> split_glb(std::span<const std::byte> bytes, const std::string& 
   }
   if (length < bytes.size()) {
     diagnostics.warning(
-        std::to_string(bytes.size() - length) + " bytes after the end of the GLB are left out",
+        counted(bytes.size() - length,
+                "byte after the end of the GLB is|bytes after the end of the GLB are| left out"),
         place(file, length));
   }
 

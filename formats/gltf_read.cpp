@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <new>
 #include <set>
@@ -262,7 +263,15 @@ Result<Reader::Indices> Reader::place_vertices(const GltfArrays& arrays, const P
     if (!p.allFinite()) {
       return wrong("has a position that is not finite in the scene, number " + std::to_string(i));
     }
-    if (p.cwiseAbs().maxCoeff() > options_.max_coordinate) {
+    // The Khronos samples have a mesh beyond 1e9; past all floats only a node's matrix can lead.
+    if (const double size = p.cwiseAbs().maxCoeff(); size > options_.max_coordinate) {
+      constexpr auto kLargestFloat = static_cast<double>(std::numeric_limits<float>::max());
+      if (size > kLargestFloat) {
+        Error over = wrong("has a position beyond any 32-bit float in the scene, number " +
+                           std::to_string(i));
+        over.code = ErrorCode::kLimit;
+        return over;
+      }
       warn("a position beyond " + std::to_string(static_cast<long long>(options_.max_coordinate)));
     }
     vertex[i] = lines && arrays.colors.empty()

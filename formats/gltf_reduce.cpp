@@ -9,6 +9,7 @@
 
 #include "formats/gltf_checker.h"
 #include "formats/gltf_extras.h"
+#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {
@@ -130,7 +131,9 @@ void Reducer::unread_sections() {
   for (const char* key : {"animations", "skins", "cameras", "images", "textures", "samplers"}) {
     const Json* const section = check_.array(in_, key);
     if (section != nullptr && key != std::string_view("samplers")) {
-      warn(std::to_string(section->size()) + " " + key + " are not read");
+      std::string one(key);
+      one.pop_back();
+      warn(counted(section->size(), one + " is|" + key + " are| not read"));
     }
   }
 }
@@ -434,12 +437,12 @@ Result<ReducedGltf> Reducer::run(std::size_t file_bytes) {
     return error;
   }
   const std::array<std::pair<std::size_t, const char*>, 4> left_out{
-      {{morphed_, "primitives have morph targets"},
-       {skinned_, "nodes have a skin"},
-       {cameras_, "nodes hold a camera"},
-       {weights_, "nodes have morph weights"}}};
+      {{morphed_, "primitive has|primitives have| morph targets"},
+       {skinned_, "node has|nodes have| a skin"},
+       {cameras_, "node holds|nodes hold| a camera"},
+       {weights_, "node has|nodes have| morph weights"}}};
   for (const auto& [count, what] : left_out) {
-    if (count > 0) warn(std::to_string(count) + " " + what + ", which are not read");
+    if (count > 0) warn(counted(count, what) + ", which is left out");
   }
   for (const auto& [text, count] : warnings_) {
     diagnostics_.warning(count > 1 ? text + " (" + std::to_string(count) + " times)" : text,

@@ -254,6 +254,20 @@ TEST(GltfHostile, MessagesNameTheValueAtFault) {
       std::string::npos);
 }
 
+TEST(GltfHostile, PositionsBeyondAllFloatsAreRefused) {
+  const Bytes whole = glb_of(test::die_mesh(3), false);
+  for (const double scale : {1e40, 1e300}) {
+    Json json = json_of(whole);
+    json["nodes"][1]["scale"] = {scale, scale, scale};
+    Diagnostics diagnostics;
+    const auto mesh = read(with_json(whole, json.dump()), diagnostics, {});
+    ASSERT_FALSE(mesh) << scale;
+    EXPECT_EQ(mesh.error().code, ErrorCode::kLimit) << to_text(mesh.error());
+    EXPECT_NE(to_text(mesh.error()).find("beyond any 32-bit float"), std::string::npos)
+        << to_text(mesh.error());
+  }
+}
+
 TEST(GltfHostile, NestedAndManyValuedJson) {
   std::string deep = R"({"asset":{"version":"2.0"},"extras":)";
   deep += std::string(100'000, '[') + std::string(100'000, ']') + "}";
