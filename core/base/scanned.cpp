@@ -2,6 +2,7 @@
 #include "core/base/scanned.h"
 
 #include <Eigen/Geometry>
+#include <bit>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -77,7 +78,7 @@ bool settle(std::vector<Vec3>& positions) {
 
 // A number of each position, ascending by first appearance, the same for equal ones; how many there
 // are. -0 counts as 0.
-// Memory: 4 bytes a position to keep, and 7 to 20 of each different one meanwhile.
+// Memory: 4 bytes a position to keep, and 4 to 20 meanwhile.
 std::vector<std::uint32_t> equal_positions(const std::vector<Vec3>& positions,
                                            std::size_t& different) {
   constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
@@ -88,7 +89,7 @@ std::vector<std::uint32_t> equal_positions(const std::vector<Vec3>& positions,
     while (first[at] != kNobody && positions[first[at]] != p) at = (at + 1) & (first.size() - 1);
     return at;
   };
-  first.assign(1024, kNobody);
+  first.assign(std::bit_ceil(positions.size() + 1), kNobody);
   different = 0;
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
     const std::size_t at = slot_of(positions[v]);
@@ -147,9 +148,23 @@ Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& b
 }
 
 void ScannedSurface::make_vertex_normals() {
-  // Equal positions share their normal, also where the file repeats them for each facet.
+  // Equal positions share their normal, also where the file repeats them for each facet: they
+  // become one, which leaves less memory in use than the file's.
   std::size_t different = 0;
-  normal_of_ = equal_positions(positions_, different);
+  {
+    const std::vector<std::uint32_t> number = equal_positions(positions_, different);
+    if (different < positions_.size()) {
+      std::uint32_t next = 0;
+      for (std::size_t v = 0; v < positions_.size(); ++v) {
+        if (number[v] == next) positions_[next++] = positions_[v];
+      }
+      positions_.resize(different);
+      positions_.shrink_to_fit();
+      for (std::array<std::uint32_t, 3>& t : triangles_) {
+        for (std::uint32_t& v : t) v = number[v];
+      }
+    }
+  }
   std::vector<Vec3>& sums = vertex_normals_;
   sums.assign(different, Vec3::Zero());
   for (const std::array<std::uint32_t, 3>& t : triangles_) {
@@ -160,14 +175,13 @@ void ScannedSurface::make_vertex_normals() {
     n /= n.z() < 0 ? -length : length;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 u = p[(k + 1) % 3] - p[k], v = p[(k + 2) % 3] - p[k];
-      sums[normal_of_[t[k]]] += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
+      sums[t[k]] += std::atan2(u.cross(v).norm(), u.dot(v)) * n;
     }
   }
   for (Vec3& n : sums) {
     const double length = n.norm();
     if (length > 0) n /= length;
   }
-  if (different == positions_.size()) normal_of_ = {};
 }
 
 Vec3 ScannedSurface::normal(std::uint32_t face, double x, double y) const {
@@ -185,8 +199,8 @@ Vec3 ScannedSurface::normal(std::uint32_t face, double x, double y) const {
       std::clamp(area(x - a.x(), y - a.y(), c.x() - a.x(), c.y() - a.y()) / whole, 0.0, 1.0);
   const double third =
       std::clamp(area(b.x() - a.x(), b.y() - a.y(), x - a.x(), y - a.y()) / whole, 0.0, 1.0);
-  const Vec3 blended = (1 - second - third) * vertex_normal(t[0]) + second * vertex_normal(t[1]) +
-                       third * vertex_normal(t[2]);
+  const Vec3 blended = (1 - second - third) * vertex_normals_[t[0]] +
+                       second * vertex_normals_[t[1]] + third * vertex_normals_[t[2]];
   const double length = blended.norm();
   return length > 0 && blended.z() > 0 ? Vec3(blended / length) : facet;
 }

@@ -164,9 +164,6 @@ class ScannedSurface {
   }
   void make_plan() const;
   void make_vertex_normals();
-  [[nodiscard]] const Vec3& vertex_normal(std::uint32_t vertex) const {
-    return vertex_normals_[normal_of_.empty() ? vertex : normal_of_[vertex]];
-  }
   [[nodiscard]] const Border& border() const;
   template <class See>
   void each_triangle_over(const PlanBox& box, const See& see) const;
@@ -187,8 +184,8 @@ class ScannedSurface {
 
   std::vector<Vec3> positions_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
-  std::vector<Vec3> vertex_normals_;      // with NORMALS,SMOOTH; equal positions share one
-  std::vector<std::uint32_t> normal_of_;  // a vertex; empty where each has its own
+  std::vector<Vec3>
+      vertex_normals_;  // with NORMALS,SMOOTH, of positions that are then all different
   PlanBox plan_box_;
   double z_low_ = 0, z_high_ = 0;
   ScanFill fill_;
