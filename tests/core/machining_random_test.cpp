@@ -49,7 +49,7 @@ Result<CompoundSurface> random_surface(std::uint64_t seed, Base base) {
 }
 
 // The meshes paths are checked against, over scans with holes: seed 45's was once certified where
-// it was 0.18 off. Each of these stood in a way of its own between curves that nearly touch.
+// it was 0.18 off.
 TEST(WideMeshes, WhatIsCertifiedOverScansHolds) {
   constexpr double kDiameters[] = {6, 8, 5};
   for (const std::uint64_t seed : {43, 45, 55}) {

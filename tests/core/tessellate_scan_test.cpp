@@ -43,8 +43,8 @@ TriangleMesh noisy(std::uint32_t n, double amplitude) {
 }
 
 // Of the tolerance: how far beside an upright wall of the scan, or the wall under a rim, a point of
-// what stands for it may lie. A wall becomes a strip at most 0.1 of the tolerance wide, whose foot
-// moves along each of the two walls of a corner: twice that (ScanSheet::moved).
+// what stands for it may lie. A wall becomes a strip 0.1 of the tolerance wide;
+// ScanSheet::moved allows twice that.
 constexpr double kWallLean = 0.2;
 
 // How far beside the scan points of curves may be: where nothing stands upright they are on it.
