@@ -270,12 +270,16 @@ void ArcMaker::make_regions() {
         mark = 1;
         loop.uses.push_back(use);
         const PlanArc& arc = out_.arcs[use.arc];
+        if ((use.forward ? arc.left : arc.right) != loop.label) ++out_.disorder;
         if (arc.closed) break;
         const std::uint32_t end = use.forward ? arc.nodes.back() : arc.nodes.front();
         const std::vector<ArcUse>& out = around_[end];
         std::size_t k = 0;
         while (k < out.size() && !(out[k].arc == use.arc && out[k].forward != use.forward)) ++k;
-        if (k == out.size()) break;
+        if (k == out.size()) {
+          ++out_.disorder;
+          break;
+        }
         use = out[(k + out.size() - 1) % out.size()];
       }
       loop.area = area_of(loop.uses);
@@ -314,7 +318,11 @@ void ArcMaker::make_regions() {
       if (best < outers.size() && outer.area >= outers[best].area) continue;
       if (contains(outer.uses, p.x, p.y)) best = k;
     }
-    if (best < outers.size()) out_.regions[best].loops.push_back(hole.uses);
+    if (best < outers.size()) {
+      out_.regions[best].loops.push_back(hole.uses);
+    } else if (hole.label != kNoLabel) {
+      ++out_.disorder;  // a hole in nothing
+    }
   }
 }
 
@@ -356,7 +364,10 @@ void ArcMaker::make() {
 
 }  // namespace
 
-double border_inset(const Impl& surface) { return 8 * surface.tie; }
+double border_inset(const Impl& surface, int variant) {
+  constexpr double kTies[] = {64, 8, 512};
+  return kTies[variant % 3] * surface.tie;
+}
 
 double flat_height(const Impl& surface, double tolerance) {
   return std::fmax(1e-9 * surface.size, 1e-4 * tolerance);
@@ -419,7 +430,8 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   ArrangementOptions options = asked;
   const double longer = std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
   if (!(options.least > 0)) options.least = least_cell(longer, options.tolerance);
-  const double inset = border_inset(surface);
+  const bool tiled = std::ranges::any_of(options.seams, [](const Seam* s) { return s != nullptr; });
+  const double inset = border_inset(surface, tiled ? 0 : options.variant);
   const auto off = [&](std::size_t side) { return options.seams[side] == nullptr ? inset : 0; };
   const PlanBox inner{domain.x0 + off(3), domain.x1 - off(1), domain.y0 + off(0),
                       domain.y1 - off(2)};

@@ -53,7 +53,9 @@ struct Arrangement {
   std::vector<PlanArc> arcs;
   std::vector<PlanRegion> regions;
   double uncertified_area = 0;  // plan area of least cells that are not small beside the tolerance
-  bool keeps_seams = true;      // false: cells did not join to the seams; another variant may
+  std::size_t disorder = 0;  // places where what is beside arcs does not fit together; another
+                             // variant may
+  bool keeps_seams = true;   // false: cells did not join to the seams; another variant may
   std::size_t cells = 0, least_cells = 0;
 };
 
@@ -71,8 +73,10 @@ struct ArrangementOptions {
 };
 
 // What of the border of a domain is left out: cells end so far inside it, that what only touches
-// the border from outside is not seen. (Not on cuts between tiles.)
-double border_inset(const CompoundSurface::Impl& surface);
+// the border from outside is not seen, nor that two faces which meet along the border count as one
+// beside it, as far as a tie reaches down their slope. (Not on cuts between tiles; where there are
+// any all variants have one inset.)
+double border_inset(const CompoundSurface::Impl& surface, int variant = 0);
 
 // Of the tolerance: a cell no wider needs no word about what is joined in it.
 constexpr double kUnseen = 0.05;

@@ -12,10 +12,10 @@ namespace {
 using Impl = CompoundSurface::Impl;
 
 // Of the size: what lies no farther apart along the border is one stop. A corner on the border
-// shows there in a node for each of its curves, as far apart as these part in the 8 ties
-// (border_inset) between the border and where the cells end: this is 55 times as much, enough for
-// curves that meet the border at a degree. Of a vertex's 1e-9 it takes a tenth.
-constexpr double kNear = 1e-10;
+// shows there in a node for each of its curves, as far apart as these part in the 64 ties
+// (border_inset) between the border and where the cells end: this is 27 times as much, enough for
+// curves that meet the border at two degrees. Of a vertex's 1e-9 it takes less than half.
+constexpr double kNear = 4e-10;
 
 class StopFinder {
  public:
@@ -199,7 +199,8 @@ void pull_to_border(const Impl& surface, const ArrangementOptions& options, Cell
   const double rounding = kDoubleRoot * surface.size;
   // What touches the border in the corner is as wide as this where the cells end, with any radius
   // up to the size.
-  const double touch = 2 * std::sqrt(2 * border_inset(surface) * surface.size);
+  const double inset = border_inset(surface, options.variant);
+  const double touch = 2 * std::sqrt(2 * inset * surface.size);
   for (std::uint32_t c = 0; c < graph.nodes.size(); ++c) {
     if (!graph.nodes[c].corner || graph.nodes[c].links.empty()) continue;
     std::vector<std::uint32_t>& links = graph.nodes[c].links;

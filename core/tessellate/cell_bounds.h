@@ -147,6 +147,10 @@ Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box);
 bool sides_run_apart(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
                      const CellBox& box);
 
+// Range over the box of a quadric side's form on another face's height: zero where they meet.
+Range side_form_over(const CompoundSurface::Impl& surface, const FaceOver& side,
+                     const FaceOver& height, const CellBox& box);
+
 // The function across whose zero line f and g change places, regular even near the silhouette of
 // one of them.
 PlanFunction crossing_over(const CompoundSurface::Impl& surface, const FaceOver& f,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/tessellate/cell_tree.h"
+#include "core/tessellate/coincidence.h"
 
 namespace diesink {
 namespace {
@@ -37,13 +38,15 @@ bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, con
   if (g.has_mid && !g.upper) {
     if (f.c + f.lo - g.mc - reach(f.gx - g.mgx, f.gy - g.mgy) >= -tie) return true;
   }
-  return d.hi > tie && f.c - g.c > tie && sides_run_apart(surface, f, g, box);
+  return d.hi > tie && f.c - g.c > tie &&
+         (sides_run_apart(surface, f, g, box) || rises_above(surface, f, g, box));
 }
 
 bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
   const Range d = difference_over(f, g, box);
   return d.hi <= surface.tie ||
-         (d.lo < -surface.tie && g.c - f.c > surface.tie && sides_run_apart(surface, f, g, box));
+         (d.lo < -surface.tie && g.c - f.c > surface.tie &&
+          (sides_run_apart(surface, f, g, box) || rises_above(surface, g, f, box)));
 }
 
 bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {
@@ -510,6 +513,9 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     }
   }
   decide(surface, vertices, box, verdict);
+  if (verdict.kind == CellKind::kUnknown && !fs.full && !verdict.candidates.full &&
+      drop_crossings_along_lines(surface, box, verdict))
+    decide(surface, vertices, box, verdict);
   if (verdict.kind == CellKind::kUnknown && !verdict.candidates.full && is_star(fs)) {
     verdict.kind = CellKind::kCorner;
     verdict.star = true;

@@ -87,6 +87,19 @@ bool sides_run_apart(const Impl& surface, const FaceOver& f, const FaceOver& g,
   return pencil_over(surface, f, g, box, q) && (q.lo > 0 || q.hi < 0);
 }
 
+Range side_form_over(const Impl& surface, const FaceOver& side, const FaceOver& height,
+                     const CellBox& box) {
+  const SideQuadratic& s = surface.bodies[static_cast<std::size_t>(side.solid)].side();
+  const double dx = box.x - s.cx, dy = box.y - s.cy;
+  const PlanFunction q = function_of(side_on(s, dx, dy, {height.c, height.gx, height.gy}), box,
+                                     PlanFunction::Kind::kCrossing, side.solid, 0);
+  const double reach = std::fabs(height.gx) * box.hx + std::fabs(height.gy) * box.hy;
+  const double t = height.c - s.cz;
+  const Range by_height =
+      side_gradient(s, dx, dy, box, {t - reach + height.lo, t + reach + height.hi}).t;
+  return add({q.lo, q.hi}, times(by_height, {height.lo, height.hi}));
+}
+
 PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOver& g,
                            const CellBox& box) {
   PlanFunction p;

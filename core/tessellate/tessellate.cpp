@@ -166,6 +166,7 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
                    "a cut between tiles runs along what cannot be told apart at the least distance",
                    {surface.program().file}};
     }
+    if (found->disorder > 0 && variant + 1 < kVariants) continue;
     arrangement.emplace(std::move(*found));
     evaluate = seconds_since(start);
     tell(0.2);

@@ -19,7 +19,12 @@ Result<Arrangement> arrange_part(const CompoundSurface& surface, double toleranc
   const Machining& m = surface.program().machining;
   ArrangementOptions options;
   options.tolerance = tolerance;
-  return arrange(surface, {m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]}, options);
+  const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
+  Result<Arrangement> made = arrange(surface, domain, options);
+  // As tessellate() does.
+  while (made && made->disorder > 0 && ++options.variant < 8)
+    made = arrange(surface, domain, options);
+  return made;
 }
 
 // What is wrong with the books; empty where nothing is.

@@ -156,8 +156,35 @@ inline bool surface_within(const CompoundSurface& surface, const Vec3& p, double
   return false;
 }
 
+// Whether an upright line between the two heights of a change of label comes within `t` of p: so is
+// the rim of a knife's edge found, over which the ball reaches for a millionth of its width.
+inline bool change_within(const CompoundSurface& surface, const Vec3& p, double t) {
+  const std::optional<CcDatum> here = surface.at(p.x(), p.y());
+  if (!here) return false;
+  constexpr int kDirections = 256;
+  for (int i = 0; i < kDirections; ++i) {
+    const double turn = 2 * std::numbers::pi * (i + 0.37) / kDirections;
+    Vec2 in = p.head<2>(), out = in + t * Vec2(std::cos(turn), std::sin(turn));
+    std::optional<CcDatum> one = here, other = surface.at(out.x(), out.y());
+    if (!other || (other->row == here->row && other->face == here->face)) continue;
+    for (int k = 0; k < 60 && other; ++k) {
+      const Vec2 m = 0.5 * (in + out);
+      const std::optional<CcDatum> hit = surface.at(m.x(), m.y());
+      const bool same = hit && hit->row == here->row && hit->face == here->face;
+      (same ? in : out) = m;
+      (same ? one : other) = hit;
+    }
+    if (!other) continue;
+    const double low = std::min(one->z, other->z), high = std::max(one->z, other->z);
+    const Vec3 nearest(out.x(), out.y(), std::clamp(p.z(), low, high));
+    if ((nearest - p).norm() <= t) return true;
+  }
+  return false;
+}
+
 inline bool surface_within(const CompoundSurface& surface, const Vec3& p, double t) {
-  return surface_within(surface, p, t, 40) || surface_within(surface, p, t, 3000);
+  return surface_within(surface, p, t, 40) || surface_within(surface, p, t, 3000) ||
+         change_within(surface, p, t);
 }
 
 // Random points of the mesh within `t` of the surface, random points of the surface and points on

@@ -241,6 +241,32 @@ inline std::vector<NamedCase> named_cases() {
        "SOLID-DEF\n" + pyramid("P", {0, 0, 10, 10}, 6) +
            "BSURF-DEF\n3,3\n0,0,0\n20,0,2\n40,0,0\n0,20,0\n20,20,4\n40,20,2\n0,40,0\n"
            "20,40,2\n40,40,1\nBOOLE-DEF\nB+P\nMACHI-DEF\nTOLER,.01\n"},
+      // Edges of solids in the base: on its own edge inside the domain, along a line of its grid.
+      {"PyramidOnTheEdgeOfAWarpedBase",
+       "SOLID-DEF\n" + pyramid("P", {0, 0, 10, 10}, 6) +
+           "BSURF-DEF\n3,3\n0,0,0\n20,0,2\n40,0,0\n0,20,0\n20,20,4\n40,20,2\n0,40,0\n"
+           "20,40,2\n40,40,1\nBOOLE-DEF\nB+P\nMACHI-DEF\nX-RNG,-1,30\nY-RNG,-1,30\nTOLER,.01\n"},
+      {"PyramidHoleAlongALineOfTheGrid",
+       "SOLID-DEF\n" + pyramid("P", {20, 35, 30, 45}, 10) + sphere("S", "5,25,-5", "10") +
+           "BSURF-DEF\n3,3\n0,0,5\n20,0,0\n40,0,0\n0,20,0\n20,20,0\n40,20,0\n0,40,5\n20,40,0\n"
+           "40,40,0\nBOOLE-DEF\nB-P-S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
+       0.02},
+      // Faces that touch along the domain's border.
+      {"CylinderCutTouchingAlongTheBorder",
+       on_plane(cylinder("A", "5,40,5", "25,40,5", "5"), "-A")},
+      {"CylinderTouchingAlongTheBorderUnderASphere",
+       on_plane(cylinder("A", "10,0,-5", "30,0,-5", "5") + sphere("S", "10,5,0", "5"), "+A-S")},
+      // Within a tie of the base for far more than a tie of the plan, beside the border.
+      {"SphereTouchingTheBorderOverAHollow",
+       "SOLID-DEF\n" + sphere("S", "10,10,0", "10") +
+           "BSURF-DEF\n3,3\n0,0,0\n20,0,0\n40,0,0\n0,20,5\n20,20,5\n40,20,5\n0,40,0\n20,40,5\n"
+           "40,40,0\nBOOLE-DEF\nB+S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
+       0.02},
+      {"SphereConeAndRimInOnePointOfTheBorder",
+       "SOLID-DEF\n" + sphere("S", "40,5,0", "5") + cone("K", "35,5,5", "35,5,-5", "5") +
+           "BSURF-DEF\nPLANE\nP1,20,20,0\nNOR,1,1,4\nBOOLE-DEF\nB+S+K\nMACHI-DEF\n"
+           "X-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
+       0.02},
       // The apex stands out in plan: both lines of the silhouette end in it.
       {"ApexOverhanging",
        "SOLID-DEF\nS,ECONE,2\nP1,58.973,54.625,1.4625\nNOR,.7198,-1.18751,.51733\n"

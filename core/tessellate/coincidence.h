@@ -1,0 +1,22 @@
+// What enclosures cannot tell of surfaces that touch: along the side of a box, along a straight
+// line. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/tessellate/cell_tree.h"
+
+namespace diesink {
+
+// f lies nowhere in the box below g by more than a tie, and above it in the middle: their
+// difference rises the same way everywhere in the box, so that it is least in one of its corners.
+// Faces that touch along the domain's border are told apart by this.
+bool rises_above(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
+                 const CellBox& box);
+
+// Takes out of the functions those crossings that vanish, to eight ties, along a shadow, silhouette
+// or edge of the list that is straight and parallel to an axis: a regular function has no other
+// zero line in the box. So an edge of a solid that lies in the base is one line, not two. False
+// where there is none.
+bool drop_crossings_along_lines(const CompoundSurface::Impl& surface, const CellBox& box,
+                                CellVerdict& verdict);
+
+}  // namespace diesink
