@@ -42,6 +42,22 @@ void write_curves(JsonWriter& json, const TessellationReport& report) {
   json.end_array();
 }
 
+// What the last check could not confirm, by place.
+void write_doubts(JsonWriter& json, const TessellationReport& report) {
+  json.key("doubts").begin_array();
+  for (const MeshDoubt& each : report.doubts) {
+    json.begin_object().key("place").begin_array();
+    for (const double coordinate : {each.place.x(), each.place.y(), each.place.z()})
+      json.value(coordinate);
+    json.end_array()
+        .field("element", each.element)
+        .field("what", each.what)
+        .field("area", each.area)
+        .end_object();
+  }
+  json.end_array().field("doubt_count", report.doubt_count);
+}
+
 }  // namespace
 
 void add_tile(ExportReport& report, const Tessellation& tile, bool first) {
@@ -113,6 +129,7 @@ std::string to_json(const ExportReport& report, bool run) {
   write_bounds(json, surface.bounds);
   write_elements(json, surface);
   write_curves(json, surface);
+  if (surface.doubt_count > 0) write_doubts(json, surface);
   if (report.scan) write_scan(json, *report.scan, surface.crease_offset);
   if (run) {
     json.key("seconds")

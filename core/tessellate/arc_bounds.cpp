@@ -79,7 +79,7 @@ double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const 
     double most = lateral;
     for (const Label label : {arc.left, arc.right}) {
       if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
-        most = std::fmax(most, beside(a, t, lateral, label, p, q, curve));
+        most = std::fmax(most, beside(lateral, label, p, q, curve));
     }
     return most;
   }
@@ -102,7 +102,7 @@ double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const 
   double most = lateral;
   for (const Label label : {arc.left, arc.right}) {
     if (label != kNoLabel && !(solver_.ref_of(label) == curve.first))
-      most = std::fmax(most, beside(a, t, lateral, label, p, q, curve));
+      most = std::fmax(most, beside(lateral, label, p, q, curve));
   }
   return most;
 }
@@ -111,8 +111,8 @@ double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const 
 // plan curve is known it is where that meets the face; else it is as far from its chord as the cut
 // of its face by the upright plane through the chord, then sideways as far as the plan curve, up
 // and down by its slope there.
-double ArcSamples::beside(std::uint32_t arc, double t, double lateral, Label label,
-                          const ArcPoint& a, const ArcPoint& b, const PlanCurve& curve) const {
+double ArcSamples::beside(double lateral, Label label, const ArcPoint& a, const ArcPoint& b,
+                          const PlanCurve& curve) const {
   if (!(lateral < 1e300) || label == kNoLabel) return lateral;
   const FaceChart& chart = charts_.at(label);
   const double length = std::hypot(b.x - a.x, b.y - a.y);
@@ -126,16 +126,13 @@ double ArcSamples::beside(std::uint32_t arc, double t, double lateral, Label lab
   cut.f = solver_.implicit(solver_.ref_of(label));
   if (const std::optional<Implicit> upright = solver_.upright(curve)) {
     cut.g = *upright;
-    const double d = chord_deviation(cut, lifted(a, label), lifted(b, label));
-    if (d < 1e300) return std::fmax(lateral, d);
-    // The face touches the upright surface, as where rims touch: the measured sag stands in.
-    return aslant + lifted_sag(arc, a, point_at(arc, t), b);
+    // Without a bound where the face touches the upright surface, as where rims touch.
+    return std::fmax(lateral, chord_deviation(cut, lifted(a, label), lifted(b, label)));
   }
   cut.g.kind = Implicit::Kind::kPlane;
   cut.g.c = Vec3(a.x, a.y, 0);
   cut.g.n = Vec3((b.y - a.y) / length, (a.x - b.x) / length, 0);
-  const double d = chord_deviation(cut, lifted(a, label), lifted(b, label));
-  return aslant + (d < 1e300 ? d : lifted_sag(arc, a, point_at(arc, t), b));
+  return aslant + chord_deviation(cut, lifted(a, label), lifted(b, label));
 }
 
 double ArcSamples::span_bound(std::uint32_t a, std::uint32_t from, std::uint32_t to) const {

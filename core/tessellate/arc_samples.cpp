@@ -14,6 +14,8 @@ constexpr int kMaxDepth = 14;  // halvings of a stretch while its sag is measure
 constexpr int kBorderDepth =
     4;  // halvings that every border stretch gets: a base may wave along it
 constexpr int kCertifyDepth = 10;   // halvings of a chord while its bound is too large
+constexpr int kTouchDepth = 20;     // and while it has none beside a point where faces touch,
+constexpr int kTouchTries = 6;      // so many of them even where neither half has any
 constexpr double kScanSlack = 1.2;  // the same beside a scan, whose arcs are chains of short curves
 constexpr double kSlack = 1.02;     // of the sag asked for, before a chord is halved for its bound
 constexpr int kMostTrials = 4;      // to lay an arc's points so that all bounds keep the sag
@@ -390,8 +392,21 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   const double most = has_scan(a) ? kScanSlack * sag_of(a)
                       : wall      ? options_.tolerance
                                   : kSlack * sag_of(a);
-  if (d > most && depth < kCertifyDepth && options_.grid_x == nullptr &&
-      !arrangement_.arcs[a].seam) {
+  // What halving helps: of a chord without a bound, one of its halves has one. Faces that touch the
+  // wall's upright surface do so in a point, which gets a short chord; or all along, where it would
+  // not help.
+  const auto halves = [&] {
+    if (d < 1e300 || !wall || depth < kTouchTries) return true;
+    const ArcSample& from = arc.samples[n];
+    const double t1 = arc.samples[next].t <= from.t ? static_cast<double>(own.nodes.size() - 1)
+                                                    : arc.samples[next].t;
+    const double t = halfway(a, from.t, t1);
+    const ArcPoint m = point_at(a, t);
+    return bound(a, from.t, points[from.point], t, m) < 1e300 ||
+           bound(a, t, m, t1, points[arc.samples[next].point]) < 1e300;
+  };
+  if (d > most && depth < (d < 1e300 ? kCertifyDepth : kTouchDepth) && options_.grid_x == nullptr &&
+      !arrangement_.arcs[a].seam && halves()) {
     const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
     if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
       const double t1 = arc.samples[next].t <= arc.samples[n].t
@@ -405,7 +420,15 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
     }
   }
   const ArcPoint &e0 = points[arc.samples[n].point], &e1 = points[arc.samples[next].point];
-  if (!(d < 1e300) && std::hypot(e0.x - e1.x, e0.y - e1.y) <= 0.1 * options_.tolerance) {
+  const auto lifted_length = [&] {
+    double length = std::hypot(e0.x - e1.x, e0.y - e1.y);
+    for (const Label label : {own.left, own.right}) {
+      if (label != kNoLabel)
+        length = std::fmax(length, (lifted(e0, label) - lifted(e1, label)).norm());
+    }
+    return length;
+  };
+  if (!(d < 1e300) && lifted_length() <= 0.1 * options_.tolerance) {
     // As a whole too short to matter: the arc of a stretch stays within the stretch's own length.
     arcs[a].samples[n].deviation = 0.1 * options_.tolerance;
   } else if (!(d < 1e300)) {
@@ -415,6 +438,7 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
                           ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
                           : arc.samples[next].t;
     arcs[a].samples[n].deviation = lifted_sag(a, p, point_at(a, 0.5 * (arc.samples[n].t + t1)), q);
+    if (unproven_length == 0) unproven_point = arcs[a].samples[n].point;
     unproven_length += std::hypot(p.x - q.x, p.y - q.y);
   } else {
     arcs[a].samples[n].deviation = d;

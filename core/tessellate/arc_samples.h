@@ -92,7 +92,8 @@ class ArcSamples {
   std::vector<ArcPoint> points;
   std::vector<SampledArc> arcs;
   double largest_deviation = 0;
-  double unproven_length = 0;  // of chords whose bound could not be shown
+  double unproven_length = 0;            // of chords whose bound could not be shown
+  std::uint32_t unproven_point = kNone;  // where the first of them begins
 
  private:
   struct Ref {
@@ -135,8 +136,8 @@ class ArcSamples {
   [[nodiscard]] Vec3 lifted(const ArcPoint& p, Label label) const {
     return {p.x, p.y, z_of(p, label)};
   }
-  [[nodiscard]] double beside(std::uint32_t arc, double t, double lateral, Label label,
-                              const ArcPoint& a, const ArcPoint& b, const PlanCurve& curve) const;
+  [[nodiscard]] double beside(double lateral, Label label, const ArcPoint& a, const ArcPoint& b,
+                              const PlanCurve& curve) const;
   void certify(std::uint32_t arc, std::uint32_t sample, int depth);
   std::uint32_t insert(std::uint32_t arc, std::uint32_t after, const Trial& trial);
 

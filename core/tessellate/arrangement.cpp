@@ -454,6 +454,7 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   out.box = domain;
   out.keeps_seams = graph.keeps_seams;
   out.uncertified_area = graph.uncertified_area;
+  out.uncertified_place = graph.uncertified_place;
   out.cells = tree.cells.size();
   if (!out.keeps_seams) return out;
   for (const TreeCell& c : tree.cells) out.least_cells += c.kind == CellKind::kLeast ? 1u : 0u;

@@ -53,6 +53,7 @@ struct Arrangement {
   std::vector<PlanArc> arcs;
   std::vector<PlanRegion> regions;
   double uncertified_area = 0;  // plan area of least cells that are not small beside the tolerance
+  Vec2 uncertified_place = Vec2::Zero();  // in the first of them
   std::size_t disorder = 0;  // places where what is beside arcs does not fit together; another
                              // variant may
   bool keeps_seams = true;   // false: cells did not join to the seams; another variant may

@@ -18,6 +18,8 @@ namespace {
 // Rounds of splitting after which cells that go on and on spoiling each other are joined as they
 // are.
 constexpr int kPasses = 200;
+// Cells that splitting may add to those of the tree before the same is done.
+constexpr std::size_t kMostAdded = 1'000'000;
 
 // Part of the least cell down to which corners of several heights are parted.
 constexpr double kDeeper = 0x1p-6;
@@ -201,7 +203,9 @@ bool GraphMaker::goes_deeper(const CellInfo& info, const TreeCell& c,
     if (graph_.nodes[item.node].curve.type == CurveType::kUnsolved) return false;
   }
   const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
-  return !last_ && info.depth > 0.25 * options_.tolerance && width > kDeeper * options_.least;
+  // (Cells of a part of the tree that has been given up are wider.)
+  return !last_ && info.depth > 0.25 * options_.tolerance && width > kDeeper * options_.least &&
+         width <= 2 * options_.least;
 }
 
 // Splits the cells that did not join, or has them joined as they are in the last pass; false where
@@ -255,6 +259,7 @@ void GraphMaker::settle_cells() {
   std::vector<std::unique_ptr<GraphMaker>> workers;
   for (int t = 0; t < thread_count(options_.threads); ++t)
     workers.push_back(std::make_unique<GraphMaker>(surface_, tree_, options_));
+  const std::size_t most_cells = tree_.cells.size() + kMostAdded;
   for (int round = 0; !open.empty() && !tree_.stopped; ++round) {
     std::vector<Stretch> fresh;
     for (const std::int32_t i : open) {
@@ -288,7 +293,7 @@ void GraphMaker::settle_cells() {
     const auto infos = static_cast<std::int32_t>(tree_.infos.size());
     std::vector<std::int32_t> next;
     const std::vector<std::int32_t> failed = to_split_;
-    if (!split_failed(round >= kPasses)) break;
+    if (!split_failed(round >= kPasses || tree_.cells.size() > most_cells)) break;
     // What has no leaf of its own any more is not looked at again.
     for (const std::int32_t c : failed) {
       if (cell(c).info >= 0) next.push_back(cell(c).info);  // least now, joined whatever it holds

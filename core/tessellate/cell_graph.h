@@ -35,7 +35,8 @@ struct CellGraph {
   std::vector<GraphNode> nodes;
   std::vector<GraphLink> links;
   double uncertified_area = 0;
-  bool keeps_seams = true;  // false: a cell holds for plain what a seam crosses
+  Vec2 uncertified_place = Vec2::Zero();  // in the first cell of that area
+  bool keeps_seams = true;                // false: a cell holds for plain what a seam crosses
 };
 
 // Splits cells of the tree further where their borders tell more than their kind allows.

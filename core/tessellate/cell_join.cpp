@@ -326,9 +326,10 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     // A least cell is harmless where nothing in it is farther from its corner than the tolerance
     // sees.
     if (width > kUnseen * options_.tolerance) {
-      graph_.uncertified_area += info.depth <= 0.25 * options_.tolerance
-                                     ? 0
-                                     : (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
+      if (info.depth > 0.25 * options_.tolerance) {
+        if (graph_.uncertified_area == 0) graph_.uncertified_place = Vec2(c.box.x0, c.box.y0);
+        graph_.uncertified_area += (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
+      }
     }
   }
   if (items.empty()) {

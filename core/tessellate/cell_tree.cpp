@@ -21,6 +21,11 @@ constexpr std::size_t kEnoughSeeds = 64;
 constexpr int kOpenLevels = 5;
 // What a variant adds to the one and takes off the other.
 constexpr double kOtherCut = 0.0021;
+// Cells below one seed. Where something coincides along a line and nothing tells, there would be as
+// many as least cells lie along it: the seed is grown anew with least cells so many times as wide,
+// whose area then is told as uncertified. Any die that is in order takes a hundredth of that.
+constexpr std::size_t kMostOfASeed = 400'000;
+constexpr double kWider = 16;
 
 // The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
 // in it is close to its chord, so that points of the chord lead to points of the arc.
@@ -127,6 +132,7 @@ void CellTree::divide(std::vector<TreeCell>& all, std::int32_t cell) const {
 
 void CellTree::grow(Sprout& sprout, std::int32_t cell,
                     const std::vector<std::uint32_t>& steps) const {
+  if (sprout.cells.size() > kMostOfASeed) return;  // to be grown anew
   std::vector<std::uint32_t> here = steps;
   if (!decide(sprout, cell, here)) return;
   const std::int32_t child = sprout.cells[static_cast<std::size_t>(cell)].child;
@@ -144,7 +150,8 @@ bool CellTree::decide(Sprout& sprout, std::int32_t cell, std::vector<std::uint32
   }
   sprout.stopped =
       sprout.stopped || (sprout.most_cells > 0 && sprout.cells.size() > sprout.most_cells);
-  const bool least = sprout.stopped || 2 * std::fmax(box.hx, box.hy) <= limits_.least;
+  const bool least =
+      sprout.stopped || 2 * std::fmax(box.hx, box.hy) <= sprout.wider * limits_.least;
   if (verdict.kind == CellKind::kUnknown && least) verdict.kind = CellKind::kLeast;
   if (verdict.kind == CellKind::kUnknown) {
     divide(sprout.cells, cell);
@@ -188,10 +195,17 @@ void CellTree::take(Sprout&& sprout, std::int32_t cell) {
 
 void CellTree::grow_all(const std::vector<Seed>& seeds) {
   const auto run = [&](const Seed& seed, Sprout& sprout) {
-    sprout.cells.push_back(cells[static_cast<std::size_t>(seed.cell)]);
-    if (!seed.divide) return grow(sprout, 0, seed.steps);
-    divide(sprout.cells, 0);
-    for (std::int32_t k = 0; k < 4; ++k) grow(sprout, 1 + k, seed.steps);
+    for (;; sprout.wider *= kWider) {
+      sprout.cells.assign(1, cells[static_cast<std::size_t>(seed.cell)]);
+      sprout.infos.clear();
+      if (!seed.divide) {
+        grow(sprout, 0, seed.steps);
+      } else {
+        divide(sprout.cells, 0);
+        for (std::int32_t k = 0; k < 4; ++k) grow(sprout, 1 + k, seed.steps);
+      }
+      if (sprout.cells.size() <= kMostOfASeed || sprout.stopped) return;
+    }
   };
   if (limits_.most_cells > 0) {
     // One after another: how much is left depends on those before.

@@ -85,6 +85,7 @@ class CellTree {
     std::vector<CellInfo> infos;
     std::size_t most_cells = 0;
     bool stopped = false;
+    double wider = 1;  // its least cells, times TreeLimits::least
   };
   struct Seed {
     std::int32_t cell = 0;

@@ -22,6 +22,10 @@ struct StateOver {
   bool hole = true;  // may be undefined somewhere
 };
 
+// Of the height under which surfaces count as one: how high a crease may be that comes and goes
+// within a cell unseen. A hundredth of the tolerance.
+constexpr double kLost = 100;
+
 // f lies on or above g all over the box for sure (beyond ties), helped by the middle plane of a
 // quadric: its upper side is above that plane, its lower side below.
 bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
@@ -147,7 +151,7 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
 // same way, and it changes from one to the other once at most: l does not vanish, or vanishes on
 // the silhouette in one point. (A crease may leave a rim and come back to it within a hair.)
 bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBox& box, double tie,
-                      const CellVerdict& v) {
+                      double flat, const CellVerdict& v) {
   const bool f_first = f.kind == PlanFunction::Kind::kSilhouette;
   const PlanFunction& silhouette = f_first ? f : g;
   const PlanFunction& crossing = f_first ? g : f;
@@ -169,8 +173,10 @@ bool joined_by_fading(const PlanFunction& f, const PlanFunction& g, const CellBo
   const double l = own->mc - other->c, reach = std::fabs(own->mgx - other->gx) * box.hx +
                                                std::fabs(own->mgy - other->gy) * box.hy;
   if (l - reach - other->hi >= -tie || l + reach - other->lo <= tie) return true;
-  // (Beside a base that runs level with the silhouette, finer cells tell no more.)
-  if (other->solid < 0) return true;
+  // (Beside a base that runs level with the silhouette, finer cells tell no more: what may be lost
+  // of a crease is no higher than this.)
+  if (other->solid < 0 && std::fabs(l) + reach + std::fmax(-other->lo, other->hi) <= kLost * flat)
+    return true;
   if (other->has_mid) {
     // The other is on its own side of its own middle plane: l has one sign beyond that.
     const double gap = own->mc - other->mc, wide = std::fabs(own->mgx - other->mgx) * box.hx +
@@ -199,7 +205,7 @@ bool has_apex(const std::vector<BodyVertices>& vertices, const FunctionList& fs,
 }
 
 void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
-            CellVerdict& v) {
+            double flat, CellVerdict& v) {
   FunctionList& fs = v.functions;
   if (fs.full || v.candidates.full) {
     v.kind = CellKind::kUnknown;
@@ -230,7 +236,7 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     v.kind = CellKind::kCorner;  // arcs side by side, joined curve by curve
     return;
   }
-  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, surface.tie, v)) {
+  if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, surface.tie, flat, v)) {
     v.kind = CellKind::kCorner;
     return;
   }
@@ -512,10 +518,10 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
       push(p);
     }
   }
-  decide(surface, vertices, box, verdict);
+  decide(surface, vertices, box, flat, verdict);
   if (verdict.kind == CellKind::kUnknown && !fs.full && !verdict.candidates.full &&
       drop_crossings_along_lines(surface, box, verdict))
-    decide(surface, vertices, box, verdict);
+    decide(surface, vertices, box, flat, verdict);
   if (verdict.kind == CellKind::kUnknown && !verdict.candidates.full && is_star(fs)) {
     verdict.kind = CellKind::kCorner;
     verdict.star = true;

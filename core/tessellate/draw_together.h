@@ -7,10 +7,10 @@
 
 namespace diesink {
 
-// Of the size: how far apart the two roots may come out where two curves touch, some times the
-// square root of a double's 2^-52. The curves part there by its square, less than their points have
-// digits.
-constexpr double kDoubleRoot = 1e-7;
+// Of the size: how far apart the two roots may come out where two curves touch. Of a height some
+// 1e-12 is rounding and the tie that decides what shows; the root of that, with room. The curves
+// part there by its square, 1e-11 or less: a hundredth of what vertices of curves are held to.
+constexpr double kDoubleRoot = 3e-6;
 
 // Where a face ends in a silhouette and meets another face at the silhouette's height both curves
 // touch in plan, so that for a stretch nothing tells them apart and what evaluation shows between

@@ -11,6 +11,7 @@ namespace diesink {
 namespace {
 
 constexpr std::size_t kMostMovedOver = 1000;  // triangles that a split may sweep
+constexpr std::size_t kMostWrong = 50'000;    // crossings told of segments that overlap all over
 
 std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
   return (static_cast<std::uint64_t>(a) << 32) | b;
@@ -293,6 +294,7 @@ void PlanarTriangulation::recover_all(std::span<const Segment> segments,
   }
   // Those left out are held against all that are in, and against each other.
   for (const std::uint32_t i : skipped) {
+    if (wrong.size() > kMostWrong) return;
     const std::uint32_t same = names.find(segments[i][0], segments[i][1]);
     if (same < i) wrong.push_back({same, i, kNoPoint, kNoPoint});
     [[maybe_unused]] const Way way = trace(segments[i][0] + kFrame, segments[i][1] + kFrame);
@@ -320,7 +322,7 @@ void PlanarTriangulation::recover_all(std::span<const Segment> segments,
                orientation(a, b, lattice_[segments[j][1] + kFrame]) <
            0;
   };
-  for (std::size_t k = 0; k < skipped.size(); ++k) {
+  for (std::size_t k = 0; k < skipped.size() && wrong.size() <= kMostWrong; ++k) {
     for (std::size_t m = k + 1; m < skipped.size() && low_x(skipped[m]) <= high_x(skipped[k]);
          ++m) {
       const std::uint32_t i = std::min(skipped[k], skipped[m]),

@@ -30,6 +30,8 @@ constexpr int kTightRounds = 3;
 constexpr double kGentle = 0.5;
 // Altitude of a triangle, relative to the size, that is none.
 constexpr double kFlat = 2e-12;
+// Chords of one region's border that cross, over all rounds: more are of borders that overlap.
+constexpr std::size_t kMostCrossings = 20'000;
 // Rounds of splitting chords for triangles that look down.
 constexpr int kTurnedRounds = 12;
 
@@ -493,6 +495,7 @@ RegionMesh Region::finish() {
     if (d < 1e300) mesh_.largest_deviation = std::fmax(mesh_.largest_deviation, d);
     if (!(d <= options_.tolerance * (1 + 1e-9))) {
       const Vec3 &a = mesh_.position[t[0]], &b = mesh_.position[t[1]], &c = mesh_.position[t[2]];
+      if (mesh_.unproven_area == 0) mesh_.unproven_place = (a + b + c) / 3;
       mesh_.unproven_area +=
           0.5 * std::fabs((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
     }
@@ -537,6 +540,7 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
   std::vector<std::uint32_t> active = heaviest_first;
   std::vector<char> touched(regions.size());
   std::vector<char> to_build(regions.size(), 1);
+  std::vector<std::size_t> crossings(regions.size(), 0);
   bool any_build = true;
   // Chords that cross are split down to the distance at which points are told apart at all.
   const double least = 1e-9 * surface.size;
@@ -559,8 +563,9 @@ Result<std::vector<RegionMesh>> mesh_regions(const Impl& surface, const Arrangem
     // can be split any more, the next round would find the same.
     bool hopeless = false;
     for (std::size_t r = 0; r < regions.size() && !hopeless; ++r) {
+      if (to_build[r]) crossings[r] += asked[r].size();
       hopeless = to_build[r] &&
-                 (asked[r].size() > 20'000 ||
+                 (crossings[r] > kMostCrossings ||
                   std::none_of(asked[r].begin(), asked[r].end(), [&](const Region::Chord& chord) {
                     return samples.can_split(chord[0], chord[1], least);
                   }));

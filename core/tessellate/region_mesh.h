@@ -25,7 +25,8 @@ struct RegionMesh {
   std::vector<std::array<std::uint32_t, 3>> corner_normals;
   std::vector<std::vector<std::uint32_t>> creases;  // inside the region: chains of local vertices
   double largest_deviation = 0;                     // chords counted
-  double unproven_area = 0;  // in plan, of triangles without a bound within the tolerance
+  double unproven_area = 0;            // in plan, of triangles without a bound within the tolerance
+  Vec3 unproven_place = Vec3::Zero();  // the middle of the first of them
 };
 
 struct RegionOptions {

@@ -15,6 +15,42 @@ REPORT = ["triangles", "vertices", "crease_vertices", "jump_vertices", "corner_v
           "certified_deviation", "uncertified_area", "area", "volume", "watertight", "domain", "bounds", "elements",
           "curves", "seconds", "threads", "version"]
 
+# A wall, a silhouette and a line of the base's grid touch in one point.
+TOUCHING = """SOLID-DEF
+S0,3-PRIS,1
+P1,20,35,0
+P2,20,45,0
+P3,20,40,5
+P4,30,35,0
+P5,30,45,0
+P6,30,40,5
+S1,R-CONE,1
+P1,20,0,0
+P2,20,0,10
+RAD,5
+S2,R-CYLI,1
+P1,25,25,0
+P2,25,45,0
+RAD,5
+BSURF-DEF
+3,3
+0,0,0
+20,0,0
+40,0,0
+0,20,0
+20,20,0
+40,20,5
+0,40,0
+20,40,0
+40,40,0
+BOOLE-DEF
+B+S0-S1+S2
+MACHI-DEF
+X-RNG,0,40
+Y-RNG,0,40
+TOLER,.02
+"""
+
 
 class Export(CommandLineTest):
     def digest(self, name):
@@ -49,6 +85,16 @@ class Export(CommandLineTest):
         self.assertEqual(sum(each["triangles"] for each in told["elements"]), told["triangles"])
         for key in REPORT[:15]:
             self.assertEqual(told[key], filed[key], key)
+
+    def test_doubts_are_told_by_place(self):
+        # Base, wall and silhouette run into each other in one point: part of that is not proven.
+        self.write("touching.part", TOUCHING)
+        done = self.run_program("export", "touching.part", "-o", "touching.stl", "--json", status=NOT_KEPT)
+        told = json.loads(done.stdout)
+        self.assertGreater(told["uncertified_area"], 0)
+        self.assertGreater(told["doubt_count"], 0)
+        self.assertEqual(list(told["doubts"][0]), ["place", "element", "what", "area"])
+        self.assertLessEqual(sum(each["area"] for each in told["doubts"]), told["uncertified_area"])
 
     def test_extras_of_gltf_are_the_figures_that_do_not_change(self):
         told = json.loads(self.run_program("export", FIG6, "-o", "fig6.glb", "--json").stdout)

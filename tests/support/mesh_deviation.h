@@ -166,8 +166,8 @@ inline bool change_within(const CompoundSurface& surface, const Vec3& p, double 
     const double turn = 2 * std::numbers::pi * (i + 0.37) / kDirections;
     Vec2 in = p.head<2>(), out = in + t * Vec2(std::cos(turn), std::sin(turn));
     std::optional<CcDatum> one = here, other = surface.at(out.x(), out.y());
-    if (!other || (other->row == here->row && other->face == here->face)) continue;
-    for (int k = 0; k < 60 && other; ++k) {
+    if (other && other->row == here->row && other->face == here->face) continue;
+    for (int k = 0; k < 60; ++k) {
       const Vec2 m = 0.5 * (in + out);
       const std::optional<CcDatum> hit = surface.at(m.x(), m.y());
       const bool same = hit && hit->row == here->row && hit->face == here->face;
