@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/machining/plan_clip.h"
 #include "core/parallel.h"
 
 namespace diesink {
@@ -27,28 +28,6 @@ PlanLattice wide(const PlanLattice& lattice, const CutterShape& cutter) {
   out.y0 -= static_cast<double>(j) * lattice.dy;
   out.columns += 2 * i;
   out.rows += 2 * j;
-  return out;
-}
-
-struct Polygon {
-  std::array<Vec3, 9> p;
-  std::size_t size = 0;
-  void add(const Vec3& v) { p[size++] = v; }
-};
-
-// The part of a polygon where sign * (coordinate - at) >= 0.
-Polygon cut(const Polygon& in, int axis, double at, double sign) {
-  Polygon out;
-  for (std::size_t k = 0; k < in.size; ++k) {
-    const Vec3 &a = in.p[k], &b = in.p[(k + 1) % in.size];
-    const double da = sign * (a[axis] - at), db = sign * (b[axis] - at);
-    if (da >= 0) out.add(a);
-    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
-      Vec3 c = a + da / (da - db) * (b - a);
-      c[axis] = at;
-      out.add(c);
-    }
-  }
   return out;
 }
 
@@ -123,12 +102,12 @@ std::vector<float> cell_dips(const TriangleMesh& mesh, double deviation, const P
         continue;
       // The true surface lies no more than this lower on a vertical line.
       const double slack = up ? deviation * size / n.z() : kInfinity;
-      Polygon triangle;
+      PlanPolygon triangle;
       for (const Vec3& p : v) triangle.add(p);
       const std::size_t j1 = std::min(index_of(y1, lattice.y0, lattice.dy, rows), end - 1);
       for (std::size_t j = std::max(index_of(y0, lattice.y0, lattice.dy, rows), begin); j <= j1;
            ++j) {
-        const Polygon band = cut(cut(triangle, 1, lattice.y(j), 1), 1, lattice.y(j + 1), -1);
+        const PlanPolygon band = cut(cut(triangle, 1, lattice.y(j), 1), 1, lattice.y(j + 1), -1);
         if (band.size == 0) continue;
         double x0 = kInfinity, x1 = -kInfinity;
         for (std::size_t k = 0; k < band.size; ++k) {
@@ -143,7 +122,7 @@ std::vector<float> cell_dips(const TriangleMesh& mesh, double deviation, const P
             raise(k, kInfinity);
             continue;
           }
-          const Polygon part = cut(cut(band, 0, lattice.x(i), 1), 0, lattice.x(i + 1), -1);
+          const PlanPolygon part = cut(cut(band, 0, lattice.x(i), 1), 0, lattice.x(i + 1), -1);
           for (std::size_t q = 0; q < part.size; ++q) {
             const double u = std::clamp((part.p[q].x() - lattice.x(i)) / lattice.dx, 0.0, 1.0);
             const double w = std::clamp((part.p[q].y() - lattice.y(j)) / lattice.dy, 0.0, 1.0);
@@ -307,8 +286,12 @@ void LatticeCheck::cells(std::size_t j, const SweptHeights& swept, const std::ve
     ++out.cells;
     const double bound =
         (static_cast<double>(swept.over_cells()[k]) + static_cast<double>(dips[k])) * nz;
-    if (bound <= limit_) ++out.proven_cells;
-    if (std::isfinite(bound)) out.bound = std::max(out.bound, bound);
+    if (bound <= limit_) {
+      ++out.proven_cells;
+      out.bound = std::max(out.bound, bound);
+    } else if (dips[k] < std::numeric_limits<float>::infinity()) {
+      out.open.push_back({k, bound});
+    }
   }
 }
 

@@ -33,6 +33,12 @@ struct RowFindings {
   Vec3 excess_at = Vec3::Zero();
   std::size_t uncut = 0, unreachable = 0, cells = 0, proven_cells = 0;
   std::vector<float> cusps;
+  // Cells without a wall that a bound of the whole cell leaves above the limit, with that bound.
+  struct Open {
+    std::size_t cell = 0;
+    double bound = 0;
+  };
+  std::vector<Open> open;
 };
 
 class LatticeCheck {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/machining/cell_bounds.h"
 #include "core/machining/gouge_search.h"
 #include "core/machining/lattice_check.h"
 #include "core/machining/move_merger.h"
@@ -19,7 +20,8 @@ namespace {
 constexpr double kMostPoints = 5e7;  // of the lattice
 constexpr double kUsualPoints = 4e6;
 constexpr std::size_t kMovesATime = 16384;
-constexpr double kJoinedPart = 1.0 / 256;  // of both tolerances, for moves joined into one
+constexpr std::size_t kMostDivided = 60'000;  // cells; half a kilobyte each
+constexpr double kJoinedPart = 1.0 / 256;     // of both tolerances, for moves joined into one
 
 Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
 
@@ -248,9 +250,38 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
   const std::vector<float> dips =
       cell_dips(mesh, deviation, lattice, heights.z, check.limit(), options.threads);
   each_row([&](std::size_t j) { check.cells(j, swept, dips, report.state, rows[j]); });
-  std::vector<float> cusps;
-  double excess = -1, bound = -1;
+  // Cells that are not settled as a whole, at edges most of all, are divided; the worst of them.
+  std::vector<RowFindings::Open> open;
+  for (const RowFindings& row : rows) open.insert(open.end(), row.open.begin(), row.open.end());
+  double bound = -1;
   std::size_t cells = 0, proven = 0;
+  if (open.size() > kMostDivided) {
+    std::sort(open.begin(), open.end(), [](const auto& p, const auto& q) {
+      return p.bound != q.bound ? p.bound > q.bound : p.cell < q.cell;
+    });
+    if (std::isfinite(open[kMostDivided].bound)) bound = open[kMostDivided].bound;
+    open.resize(kMostDivided);
+    std::sort(open.begin(), open.end(),
+              [](const auto& p, const auto& q) { return p.cell < q.cell; });
+  }
+  if (!open.empty()) {
+    std::vector<std::size_t> numbers;
+    for (const RowFindings::Open& one : open) numbers.push_back(one.cell);
+    CellBounds divided(*cutter, lattice, heights.z, std::move(numbers));
+    walked = each_moves(
+        path, joined, [&](std::span<const SweepMove> some) { divided.add(some, options.threads); },
+        [](std::span<const ClPoint>) {});
+    if (!walked) return walked.error();
+    const std::vector<double> least =
+        divided.bounds(mesh, deviation, check.limit(), options.threads);
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      const double of_cell = std::fmin(open[k].bound, least[k]);
+      if (of_cell <= check.limit()) ++proven;
+      if (std::isfinite(of_cell)) bound = std::fmax(bound, of_cell);
+    }
+  }
+  std::vector<float> cusps;
+  double excess = -1;
   for (const RowFindings& row : rows) {
     report.uncut_area += static_cast<double>(row.uncut) * lattice.dx * lattice.dy;
     report.unreachable_area += static_cast<double>(row.unreachable) * lattice.dx * lattice.dy;

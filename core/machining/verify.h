@@ -39,9 +39,10 @@ struct VerifyReport {
   Vec3 max_gouge_at = Vec3::Zero();
   double max_excess = 0;  // material left where the cutter fits, along the normal
   Vec3 max_excess_at = Vec3::Zero();
-  // Between the points: in no cell of four points that are cut, and that no wall runs through, does
-  // more stay than max_excess + excess_bound, measured up and down and leaned by the flattest
-  // corner's normal; over that part of those cells it is proven to be within the limit.
+  // Between the points: in no cell of four points that are cut, that no wall runs through and that
+  // some move comes over as a whole, does more stay than max_excess + excess_bound, by the distance
+  // to the surface or, where that is less, straight up and leaned by the flattest corner's normal;
+  // over that part of the cells of four cut points it is proven to be within the limit.
   double excess_bound = 0, proven_part = 0;
   double cusp_p50 = 0, cusp_p99 = 0,
          cusp_max = 0;    // over the points that are cut to the limit or better

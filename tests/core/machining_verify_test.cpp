@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/machining/cell_bounds.h"
 #include "core/machining/gouge_search.h"
 #include "core/machining/swept_heights.h"
 #include "core/machining/tool_path_plan.h"
@@ -169,6 +170,60 @@ VerifyOptions verify_options() {
   options.spacing = 0.15;
   options.threads = 2;
   return options;
+}
+
+// A roof whose ridge runs through the cells at a slant, cut along its ridge: measured straight up
+// far more stays beside the ridge than is there.
+TEST(CellBounds, HoldAtARidgeAndComeCloseToWhatStays) {
+  const CutterShape cutter = shape(6, 3);
+  const double steep = 2, bend = 0.03;  // of the sides; the ridge at x = bend * y
+  const auto height = [&](double x, double y) { return -steep * std::fabs(x - bend * y); };
+  TriangleMesh mesh;
+  mesh.positions = {{-5 * bend, -5, 0},     {5 * bend, 5, 0},       {-9, -5, height(-9, -5)},
+                    {-9, 5, height(-9, 5)}, {9, -5, height(9, -5)}, {9, 5, height(9, 5)}};
+  mesh.triangles = {{2, 0, 3}, {0, 1, 3}, {0, 4, 1}, {4, 5, 1}};
+  std::vector<SweepMove> moves;
+  const double lean = std::sqrt(1 + steep * steep * (1 + bend * bend));
+  for (int k = 0; k < 12; ++k) {
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3 normal(side * steep / lean, -side * steep * bend / lean, 1 / lean);
+      const auto tip = [&](double y) {
+        const double x = bend * y + side * (0.02 + 0.1 * k);
+        return Vec3(Vec3(x, y, height(x, y)) + 3 * normal - Vec3(0, 0, 3));
+      };
+      moves.push_back({tip(-4), tip(4)});
+    }
+  }
+  const PlanLattice lattice{-0.5, -0.5, 0.1, 0.1, 11, 11};
+  std::vector<double> part;
+  std::vector<std::size_t> cells;
+  for (std::size_t k = 0; k < lattice.columns * lattice.rows; ++k) {
+    const std::size_t i = k % lattice.columns, j = k / lattice.columns;
+    part.push_back(height(lattice.x(i), lattice.y(j)));
+    if (i + 1 < lattice.columns && j + 1 < lattice.rows) cells.push_back(k);
+  }
+  CellBounds look(cutter, lattice, part, cells);
+  look.add(moves, 1);
+  const std::vector<double> bounds = look.bounds(mesh, 0, 1e-4, 1);
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const double x0 = lattice.x(cells[c] % lattice.columns);
+    const double y0 = lattice.y(cells[c] / lattice.columns);
+    double most = 0;
+    for (int a = 0; a <= 20; ++a) {
+      for (int b = 0; b <= 20; ++b) {
+        const double x = x0 + 0.005 * a, y = y0 + 0.005 * b;
+        double left = 1e9;
+        for (const SweepMove& m : moves) left = std::fmin(left, swept_height(cutter, m, x, y));
+        // The part is what is below both sides; its nearest place is on one or on the ridge.
+        const double off = std::fabs(x - bend * y) / std::sqrt(1 + bend * bend);
+        const double up = left - height(x, y),
+                     foot = up * std::sqrt(lean * lean - 1) / (lean * lean);
+        most = std::fmax(most, foot <= off ? up / lean : std::hypot(off, left));
+      }
+    }
+    EXPECT_GE(bounds[c], most - 1e-9) << x0 << " " << y0;
+    EXPECT_LE(bounds[c], most + 0.015) << x0 << " " << y0;
+  }
 }
 
 TEST(VerifyPath, APlannedPathPassesAndSeededErrorsAreFound) {
