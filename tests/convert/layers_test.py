@@ -20,7 +20,7 @@ SYSTEM_INCLUDE = re.compile(r"#include <([A-Za-z_0-9]+)/")
 PUBLIC_THIRD_PARTY = {"Eigen", "sys"}
 # The check of tool paths shares the cutter's shape with their planning and nothing else.
 MACHINING = "core/machining"
-CHECKING = {"gouge_search", "height_pyramid", "lattice_check", "move_merger", "point_depths", "sweep_depth", "swept_heights", "verify"}
+CHECKING = {"cell_bounds", "gouge_search", "height_pyramid", "lattice_check", "move_merger", "plan_clip", "point_depths", "sweep_depth", "swept_heights", "verify"}
 SHARED = {"cutter", "wide_surface"}  # the second is the surface that both are given
 
 
