@@ -15,6 +15,17 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMostPoints = 2e6;
 constexpr std::size_t kMovesATime = 8192;
 constexpr std::size_t kRowsABlock = 16;
+// Points to a side of a cell where an edge passes.
+constexpr int kEdgeParts = 4;
+// Normals of a cell's corners further apart than this, some 6 degrees, have an edge between them.
+constexpr double kEdgeCosine = 0.995;
+// Heights further apart than slopes explain, in spacings: there is a wall between.
+constexpr double kWallHeight = 0.5;
+// A cutter that may not come closer than this part of the limit is of use still.
+constexpr double kFitPart = 0.5;
+constexpr double kLeastCosine = 0.05;
+// A run goes on over so many columns.
+constexpr std::size_t kGap = 4;
 
 // The lowest height of a cutter over a point beside a straight move that begins at the height z:
 // the point lies u along the move and w across it. Any position gives an upper bound, so that the
@@ -43,6 +54,22 @@ double lowest_over(const CutterShape& cutter, double z, double slope, double len
 
 }  // namespace
 
+void LeftOver::Points::resize(std::size_t count) {
+  z.assign(count, std::numeric_limits<double>::quiet_NaN());
+  left.assign(count, kInfinity);
+  nx.assign(count, 0);
+  ny.assign(count, 0);
+  nz.assign(count, 1);
+  fit.assign(count, Fit::kUnknown);
+}
+
+void LeftOver::Points::take(std::size_t k, double height, const Vec3& normal) {
+  z[k] = height;
+  nx[k] = static_cast<float>(normal.x());
+  ny[k] = static_cast<float>(normal.y());
+  nz[k] = static_cast<float>(normal.z());
+}
+
 LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
                    const PointDrop& drop, const CutterShape& cutter, const FrameDomain& domain,
                    const LeftOverLimits& limits, double spacing, int threads)
@@ -63,13 +90,7 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
   step_ = std::max(spacing, std::sqrt((x1 - x0_) * (y1 - y0_) / kMostPoints));
   columns_ = static_cast<std::size_t>(std::floor((x1 - x0_) / step_)) + 1;
   rows_ = static_cast<std::size_t>(std::floor((y1 - y0_) / step_)) + 1;
-  const std::size_t count = columns_ * rows_;
-  z_.assign(count, std::numeric_limits<double>::quiet_NaN());
-  left_.assign(count, kInfinity);
-  nx_.assign(count, 0);
-  ny_.assign(count, 0);
-  nz_.assign(count, 1);
-  fit_.assign(count, Fit::kUnknown);
+  lattice_.resize(columns_ * rows_);
   const double hair = 1e-9 * cutter.radius();
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -78,13 +99,77 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
         if (x(i) < inside.x0 - hair || x(i) > inside.x1 + hair) continue;
         const Vec3 p = offset.from_frame({x(i), y(j), 0});
         const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
-        if (!cc) continue;
-        const Vec3 n = offset.to_frame(cc->n);
-        const std::size_t k = j * columns_ + i;
-        z_[k] = cc->z;
-        nx_[k] = static_cast<float>(n.x());
-        ny_[k] = static_cast<float>(n.y());
-        nz_[k] = static_cast<float>(n.z());
+        if (cc) lattice_.take(j * columns_ + i, cc->z, offset.to_frame(cc->n));
+      }
+    }
+  });
+  add_between(surface);
+}
+
+std::array<int, 2> LeftOver::parts_of(std::size_t i, std::size_t j) const {
+  const std::size_t k = j * columns_ + i;
+  const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
+  double gx = 0, gy = 0, low = kInfinity, high = -kInfinity, least = 1;
+  std::array<Vec3, 4> n;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const std::size_t at = corner[c];
+    if (std::isnan(lattice_.z[at])) return {1, 1};
+    n[c] = Vec3(static_cast<double>(lattice_.nx[at]), static_cast<double>(lattice_.ny[at]),
+                static_cast<double>(lattice_.nz[at]));
+    gx = std::max(gx, std::fabs(n[c].x()) / std::max(n[c].z(), 1e-3));
+    gy = std::max(gy, std::fabs(n[c].y()) / std::max(n[c].z(), 1e-3));
+    low = std::min(low, lattice_.z[at]);
+    high = std::max(high, lattice_.z[at]);
+    for (std::size_t d = 0; d < c; ++d) least = std::min(least, n[c].dot(n[d]));
+  }
+  const bool edge = least < kEdgeCosine || high - low > (gx + gy + kWallHeight) * step_;
+  const auto parts = [&](double slope) {
+    const int along = static_cast<int>(std::lround(std::min(std::hypot(1, slope), 1e3)));
+    return std::min(std::max(along, edge ? kEdgeParts : 1), most_parts_);
+  };
+  return {parts(gx), parts(gy)};
+}
+
+void LeftOver::add_between(const CompoundSurface& surface) {
+  const std::size_t bands = rows_ - 1, cells = columns_ - 1;
+  between_.begin.assign(rows_, 0);
+  for (;; most_parts_ /= 2) {
+    parallel_blocks(bands, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t j = begin; j < end; ++j) {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < cells; ++i) {
+          const auto [nx, ny] = parts_of(i, j);
+          if (nx * ny > 1) count += static_cast<std::size_t>(nx * ny);
+        }
+        between_.begin[j + 1] = count;
+      }
+    });
+    std::size_t all = 0;
+    for (const std::size_t count : between_.begin) all += count;
+    if (static_cast<double>(all) <= kMostPoints) break;
+  }
+  for (std::size_t j = 0; j < bands; ++j) between_.begin[j + 1] += between_.begin[j];
+  const std::size_t all = between_.begin.back();
+  between_.resize(all);
+  between_.x.resize(all);
+  between_.y.resize(all);
+  between_.area.resize(all);
+  parallel_blocks(bands, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t j = begin; j < end; ++j) {
+      std::size_t k = between_.begin[j];
+      for (std::size_t i = 0; i < cells; ++i) {
+        const auto [nx, ny] = parts_of(i, j);
+        if (nx * ny == 1) continue;
+        for (int a = 0; a < nx; ++a) {
+          for (int b = 0; b < ny; ++b, ++k) {
+            between_.x[k] = x(i) + (a + 0.5) / nx * step_;
+            between_.y[k] = y(j) + (b + 0.5) / ny * step_;
+            between_.area[k] = static_cast<float>(step_ * step_ / (nx * ny));
+            const Vec3 p = offset_->from_frame({between_.x[k], between_.y[k], 0});
+            const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
+            if (cc) between_.take(k, cc->z, offset_->to_frame(cc->n));
+          }
+        }
       }
     }
   });
@@ -99,94 +184,162 @@ void LeftOver::flush() {
   if (waiting_.empty()) return;
   const double R = cutter_.radius();
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
-    const double low = y(begin), high = y(end - 1);
+    const double low = y(begin), high = y(end);
     for (const Move& move : waiting_) {
       const double y0 = std::min(move.from.y(), move.to.y()) - R;
       const double y1 = std::max(move.from.y(), move.to.y()) + R;
       if (y0 > high || y1 < low) continue;
       for (std::size_t j = begin; j < end; ++j) {
         if (y(j) >= y0 && y(j) <= y1) cut_row(j, move);
+        if (j + 1 < rows_ && y(j + 1) >= y0 && y(j) <= y1) cut_band(j, move);
       }
     }
   });
   waiting_.clear();
 }
 
-void LeftOver::cut_row(std::size_t j, const Move& move) {
-  const double R = cutter_.radius(), at_y = y(j);
-  const Vec2 from = move.from.head<2>(), d = (move.to - move.from).head<2>();
-  // The part of the move within a radius of the row.
-  double t0 = 0, t1 = 1;
-  if (d.y() != 0) {
-    const double ta = (at_y - R - from.y()) / d.y(), tb = (at_y + R - from.y()) / d.y();
-    t0 = std::clamp(std::min(ta, tb), 0.0, 1.0);
-    t1 = std::clamp(std::max(ta, tb), 0.0, 1.0);
+// A move as points beside it see it.
+struct LeftOver::PassedMove {
+  explicit PassedMove(const Move& move)
+      : from(move.from.head<2>()), d((move.to - move.from).head<2>()), length(d.norm()) {
+    low = std::min(move.from.z(), move.to.z());
+    if (length > 0) along = d / length;
+    if (length > 0) slope = (move.to.z() - move.from.z()) / length;
+    z = length > 0 ? move.from.z() : low;
   }
-  const double xa = from.x() + t0 * d.x(), xb = from.x() + t1 * d.x();
-  const double first = std::ceil((std::min(xa, xb) - R - x0_) / step_);
-  const double last = std::floor((std::max(xa, xb) + R - x0_) / step_);
-  if (last < 0 || first > static_cast<double>(columns_ - 1)) return;
-  const double length = d.norm(), low = std::min(move.from.z(), move.to.z());
-  const Vec2 along = length > 0 ? Vec2(d / length) : Vec2(1, 0);
-  const double slope = length > 0 ? (move.to.z() - move.from.z()) / length : 0;
-  const double z = length > 0 ? move.from.z() : low;
-  const auto end = static_cast<std::size_t>(std::min(last, static_cast<double>(columns_ - 1)));
-  for (auto i = static_cast<std::size_t>(std::max(first, 0.0)); i <= end; ++i) {
-    double& left = left_[j * columns_ + i];
-    if (low >= left) continue;
-    const double ox = x(i) - from.x(), oy = at_y - from.y();
+
+  // Where points within `reach` of the strip y0 .. y1 may lie in x, less the reach itself.
+  [[nodiscard]] std::array<double, 2> over(double y0, double y1) const {
+    double t0 = 0, t1 = 1;
+    if (d.y() != 0) {
+      const double ta = (y0 - from.y()) / d.y(), tb = (y1 - from.y()) / d.y();
+      t0 = std::clamp(std::min(ta, tb), 0.0, 1.0);
+      t1 = std::clamp(std::max(ta, tb), 0.0, 1.0);
+    }
+    const double xa = from.x() + t0 * d.x(), xb = from.x() + t1 * d.x();
+    return {std::min(xa, xb), std::max(xa, xb)};
+  }
+
+  void lower(const CutterShape& cutter, const Vec2& p, double& left) const {
+    if (low >= left) return;
+    const double R = cutter.radius();
+    const double ox = p.x() - from.x(), oy = p.y() - from.y();
     const double u = ox * along.x() + oy * along.y(), w = oy * along.x() - ox * along.y();
     const double off = u - std::clamp(u, 0.0, length), near2 = w * w + off * off;
-    if (near2 > R * R || low + cutter_.height(std::sqrt(near2)) >= left) continue;
-    left = std::min(left, lowest_over(cutter_, z, slope, length, u, w * w));
+    if (near2 > R * R || low + cutter.height(std::sqrt(near2)) >= left) return;
+    left = std::min(left, lowest_over(cutter, z, slope, length, u, w * w));
+  }
+
+  Vec2 from, d, along{1, 0};
+  double length, low = 0, slope = 0, z = 0;
+};
+
+void LeftOver::cut_row(std::size_t j, const Move& given) {
+  const PassedMove move(given);
+  const double R = cutter_.radius();
+  const auto [xa, xb] = move.over(y(j) - R, y(j) + R);
+  const double first = std::ceil((xa - R - x0_) / step_);
+  const double last = std::floor((xb + R - x0_) / step_);
+  if (last < 0 || first > static_cast<double>(columns_ - 1)) return;
+  const auto end = static_cast<std::size_t>(std::min(last, static_cast<double>(columns_ - 1)));
+  for (auto i = static_cast<std::size_t>(std::max(first, 0.0)); i <= end; ++i) {
+    move.lower(cutter_, {x(i), y(j)}, lattice_.left[j * columns_ + i]);
   }
 }
 
-double LeftOver::stays(std::size_t k) const {
-  return std::isnan(z_[k]) ? 0 : (left_[k] - z_[k]) * static_cast<double>(nz_[k]);
+void LeftOver::cut_band(std::size_t j, const Move& given) {
+  const auto band = [&](double at, std::size_t from) {
+    return static_cast<std::size_t>(
+        std::lower_bound(between_.x.begin() + static_cast<std::ptrdiff_t>(from),
+                         between_.x.begin() + static_cast<std::ptrdiff_t>(between_.begin[j + 1]),
+                         at) -
+        between_.x.begin());
+  };
+  if (between_.begin[j] == between_.begin[j + 1]) return;
+  const PassedMove move(given);
+  const double R = cutter_.radius();
+  const auto [xa, xb] = move.over(y(j) - R, y(j + 1) + R);
+  for (std::size_t k = band(xa - R, between_.begin[j]); k < between_.begin[j + 1]; ++k) {
+    if (between_.x[k] > xb + R) break;
+    move.lower(cutter_, at_between(k), between_.left[k]);
+  }
 }
 
-Vec3 LeftOver::tip(std::size_t k) const {
-  const Vec3 p(x(k % columns_), y(k / columns_), z_[k]);
-  const Vec3 n(static_cast<double>(nx_[k]), static_cast<double>(ny_[k]),
-               static_cast<double>(nz_[k]));
-  return tip_of(offset_->cutter(), {p, n});
+double LeftOver::stays(const Points& points, std::size_t k) {
+  return std::isnan(points.z[k])
+             ? 0
+             : (points.left[k] - points.z[k]) * static_cast<double>(points.nz[k]);
 }
 
-bool LeftOver::fits(std::size_t k) {
-  if (fit_[k] == Fit::kUnknown) {
-    const Vec3 at = tip(k);
+Vec3 LeftOver::tip(const Points& points, std::size_t k, const Vec2& at) const {
+  const Vec3 n(static_cast<double>(points.nx[k]), static_cast<double>(points.ny[k]),
+               static_cast<double>(points.nz[k]));
+  return tip_of(offset_->cutter(), {{at.x(), at.y(), points.z[k]}, n});
+}
+
+bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
+  if (points.fit[k] == Fit::kUnknown) {
+    const Vec3 at = tip(points, k, over);
     const Span inside = domain_.pass(at.y());
-    const double allowed = at.z() + limits_.touch;
+    // Up the axis: along the normal a steep surface leaves less than that.
+    const double nz = std::max(static_cast<double>(points.nz[k]), kLeastCosine);
+    const double allowed = at.z() + std::max(limits_.touch, kFitPart * limits_.limit / nz);
     const bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() && at.x() >= inside.x0 &&
                      at.x() <= inside.x1 &&
                      drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity)) <= allowed;
-    fit_[k] = yes ? Fit::kYes : Fit::kNo;
+    points.fit[k] = yes ? Fit::kYes : Fit::kNo;
   }
-  return fit_[k] == Fit::kYes;
+  return points.fit[k] == Fit::kYes;
+}
+
+void LeftOver::add_to_runs(const Points& points, std::size_t k, const Vec2& over, bool goes_on,
+                           std::vector<std::vector<Vec3>>& runs) {
+  const double far = cutter_.radius() / 2 + 4 * step_;
+  Vec3 at = tip(points, k, over);
+  at.z() = drop_->at(at.x(), at.y());
+  if (!goes_on || (at - runs.back().back()).norm() > far) runs.emplace_back();
+  runs.back().push_back(at);
+}
+
+void LeftOver::add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs) {
+  std::size_t last = columns_;
+  for (std::size_t i = 0; i < columns_; ++i) {
+    const std::size_t k = j * columns_ + i;
+    if (!(stays(lattice_, k) > limits_.call) || !fits(lattice_, k, at_lattice(k))) continue;
+    add_to_runs(lattice_, k, at_lattice(k), last < columns_ && i <= last + kGap, runs);
+    last = i;
+  }
+}
+
+void LeftOver::add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs) {
+  const double none = -kInfinity;
+  double last = none;
+  for (std::size_t k = between_.begin[j]; k < between_.begin[j + 1];) {
+    const double end = std::max(x0_ + (std::floor((between_.x[k] - x0_) / step_) + 1) * step_,
+                                std::nextafter(between_.x[k], kInfinity));
+    std::size_t worst = k;
+    double most = limits_.call;
+    for (; k < between_.begin[j + 1] && between_.x[k] < end; ++k) {
+      const double here = stays(between_, k);
+      if (!(here > most) || !fits(between_, k, at_between(k))) continue;
+      most = here;
+      worst = k;
+    }
+    if (!(most > limits_.call)) continue;
+    add_to_runs(between_, worst, at_between(worst),
+                between_.x[worst] <= last + static_cast<double>(kGap) * step_, runs);
+    last = between_.x[worst];
+  }
 }
 
 std::vector<std::vector<Vec3>> LeftOver::open_runs(std::size_t stride) {
   flush();
   const std::size_t taken = (rows_ + stride - 1) / stride;
-  const double far = cutter_.radius() / 2 + 4 * step_;
-  constexpr std::size_t kGap = 4;
   std::vector<std::vector<std::vector<Vec3>>> found(taken);
   parallel_blocks(taken, 1, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t r = begin; r < end; ++r) {
-      std::size_t last = 0;
-      for (std::size_t i = 0; i < columns_; ++i) {
-        const std::size_t k = r * stride * columns_ + i;
-        if (!(stays(k) > limits_.call) || !fits(k)) continue;
-        Vec3 at = tip(k);
-        at.z() = drop_->at(at.x(), at.y());
-        auto& runs = found[r];
-        if (runs.empty() || i > last + kGap || (at - runs.back().back()).norm() > far) {
-          runs.emplace_back();
-        }
-        runs.back().push_back(at);
-        last = i;
-      }
+      add_row_runs(r * stride, found[r]);
+      if (r * stride + 1 < rows_) add_band_runs(r * stride, found[r]);
     }
   });
   std::vector<std::vector<Vec3>> all;
@@ -196,15 +349,35 @@ std::vector<std::vector<Vec3>> LeftOver::open_runs(std::size_t stride) {
   return all;
 }
 
+// What is not of points between its own.
+double LeftOver::own_area(std::size_t k) const {
+  const std::size_t i = k % columns_, j = k / columns_;
+  int quarters = 0;
+  for (const std::size_t a : {i - 1, i}) {
+    for (const std::size_t b : {j - 1, j}) {
+      const bool divided = a < columns_ - 1 && b < rows_ - 1 && parts_of(a, b) != std::array{1, 1};
+      quarters += divided ? 0 : 1;
+    }
+  }
+  return 0.25 * quarters * step_ * step_;
+}
+
 LeftOver::Rest LeftOver::rest() {
   flush();
   std::vector<Rest> of(rows_);
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
+      const auto add = [&](Points& points, std::size_t k, const Vec2& at, double area) {
+        const double height = stays(points, k);
+        if (!(height > limits_.limit) || !fits(points, k, at)) return;
+        of[j].area += area;
+        of[j].height = std::max(of[j].height, height);
+      };
       for (std::size_t k = j * columns_; k < (j + 1) * columns_; ++k) {
-        if (!(stays(k) > limits_.limit) || !fits(k)) continue;
-        of[j].area += step_ * step_;
-        of[j].height = std::max(of[j].height, stays(k));
+        add(lattice_, k, at_lattice(k), own_area(k));
+      }
+      for (std::size_t k = between_.begin[j]; j + 1 < rows_ && k < between_.begin[j + 1]; ++k) {
+        add(between_, k, at_between(k), static_cast<double>(between_.area[k]));
       }
     }
   });

@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -21,7 +23,9 @@ struct LeftOverLimits {
 class LeftOver {
  public:
   // `cutter` is the one that cuts, the offset's may be larger or smaller; `spacing` of the lattice,
-  // wider where that gives more than two million points. Everything is in the frame of `offset`.
+  // wider where that gives more than two million points. On slopes and beside edges there are
+  // points between, so that along the surface they are no further apart; up to two million of them.
+  // Everything is in the frame of `offset`.
   // Needs: `surface` known over the domain; `offset` and `drop` outlive it.
   LeftOver(const CompoundSurface& surface, const OffsetSurface& offset, const PointDrop& drop,
            const CutterShape& cutter, const FrameDomain& domain, const LeftOverLimits& limits,
@@ -47,14 +51,43 @@ class LeftOver {
   struct Move {
     Vec3 from, to;
   };
+  enum class Fit : std::uint8_t { kUnknown, kYes, kNo };
+  struct Points {
+    std::vector<double> z, left;  // of the surface, NaN where nothing is asked; of what stays
+    std::vector<float> nx, ny, nz;
+    std::vector<Fit> fit;
+
+    void resize(std::size_t count);
+    void take(std::size_t k, double height, const Vec3& normal);
+  };
+  struct Between : Points {  // the rows of the lattice, ascending in x in each band
+    std::vector<double> x, y;
+    std::vector<std::size_t> begin;  // of each band, and the end
+    std::vector<float> area;         // in plan, each point's part
+  };
+  struct PassedMove;
+
+  void add_between(const CompoundSurface& surface);
+  // Points to a side of a cell; 1 and 1 where its corners say enough.
+  [[nodiscard]] std::array<int, 2> parts_of(std::size_t i, std::size_t j) const;
+  [[nodiscard]] double own_area(std::size_t k) const;
   void flush();
   void cut_row(std::size_t j, const Move& move);
+  void cut_band(std::size_t j, const Move& move);
   // What stays at a point along the normal; 0 where nothing is asked of it.
-  [[nodiscard]] double stays(std::size_t k) const;
-  [[nodiscard]] Vec3 tip(std::size_t k) const;
-  [[nodiscard]] bool fits(std::size_t k);
+  [[nodiscard]] static double stays(const Points& points, std::size_t k);
+  [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;
+  [[nodiscard]] bool fits(Points& points, std::size_t k, const Vec2& at);
+  // Adds the points of a row where more than `call` stays to its runs; of a band the worst between
+  // two columns.
+  void add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
+  void add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
+  void add_to_runs(const Points& points, std::size_t k, const Vec2& at, bool goes_on,
+                   std::vector<std::vector<Vec3>>& runs);
   [[nodiscard]] double x(std::size_t i) const { return x0_ + static_cast<double>(i) * step_; }
   [[nodiscard]] double y(std::size_t j) const { return y0_ + static_cast<double>(j) * step_; }
+  [[nodiscard]] Vec2 at_lattice(std::size_t k) const { return {x(k % columns_), y(k / columns_)}; }
+  [[nodiscard]] Vec2 at_between(std::size_t k) const { return {between_.x[k], between_.y[k]}; }
 
   const OffsetSurface* offset_;
   const PointDrop* drop_;
@@ -64,10 +97,9 @@ class LeftOver {
   int threads_;
   double x0_ = 0, y0_ = 0, step_ = 1;
   std::size_t columns_ = 0, rows_ = 0;
-  std::vector<double> z_, left_;  // of the surface, NaN where nothing is asked; of what stays
-  std::vector<float> nx_, ny_, nz_;
-  enum class Fit : std::uint8_t { kUnknown, kYes, kNo };
-  std::vector<Fit> fit_;
+  int most_parts_ = 8;  // to a side of a cell
+  Points lattice_;
+  Between between_;
   std::vector<Move> waiting_;
 };
 

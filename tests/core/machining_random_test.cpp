@@ -62,7 +62,9 @@ TEST(WideMeshes, WhatIsCertifiedOverScansHolds) {
     how.tessellation.threads = 2;
     test::ProofFigures figures;
     EXPECT_EQ(test::prove(*wide, how, &figures), "") << "seed " << seed;
-    if (seed == 45) EXPECT_LE(figures.uncertified, 1e-9);
+    if (seed == 45) {
+      EXPECT_LE(figures.uncertified, 1e-9);
+    }
   }
 }
 
@@ -139,6 +141,20 @@ TEST(LeftOver, ContactsLeaveNothingBesideConcaveEdges) {
   EXPECT_LE(found.uncut_area, 0.02);
   EXPECT_EQ(told.left_area, 0);
   EXPECT_GT(told.closing_runs, 0u);
+}
+
+// Beside the steep side of a cone cusps stand closer than the lattice's points in plan.
+TEST(LeftOver, ContactsLeaveNothingOnSteepSides) {
+  PathOptions options;
+  options.method = PathMethod::kCc;
+  options.cutter = {6, 3};
+  options.cusp = 0.01;
+  options.intol = options.outtol = 0.02;
+  PathReport told;
+  const VerifyReport found = checked_fixture("fig6", options, told);
+  EXPECT_LE(found.max_gouge, 0.02);
+  EXPECT_EQ(found.uncut_area, 0) << found.max_excess << " at " << found.max_excess_at.transpose();
+  EXPECT_EQ(told.left_area, 0);
 }
 
 // Runs put in between passes are joined along the surface, nearest first, and not over the
