@@ -50,8 +50,8 @@ struct CurveReport {
   bool closed = false;
 };
 
-// A place that is not certified: what the arrangement or a region gave up, or what the last check of
-// the finished mesh could not confirm (last_check.h).
+// A place that is not certified: what the arrangement or a region gave up, or what the last check
+// of the finished mesh could not confirm (last_check.h).
 struct MeshDoubt {
   Vec3 place = Vec3::Zero();
   std::string element;  // of the triangle there; empty where there is none
