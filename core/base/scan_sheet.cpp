@@ -10,6 +10,7 @@
 #include "core/base/scan_layers.h"
 #include "core/mesh_tools/topology.h"
 #include "core/mesh_tools/weld.h"
+#include "core/pair_key.h"
 
 namespace diesink {
 namespace {
@@ -102,8 +103,8 @@ class SheetCutter {
       return std::array{p.x(), p.y(), p.z()} < std::array{q.x(), q.y(), q.z()};
     };
     if (before(b, a)) std::swap(a, b);
-    const auto [it, fresh] = cuts_[number].try_emplace(
-        (std::uint64_t{a} << 32) | b, static_cast<std::uint32_t>(sheet_.points.size()));
+    const auto [it, fresh] =
+        cuts_[number].try_emplace(pair_key(a, b), static_cast<std::uint32_t>(sheet_.points.size()));
     if (fresh) {
       const Vec3 p = sheet_.points[a], q = sheet_.points[b];
       const double s = (side.at - p[side.axis]) / (q[side.axis] - p[side.axis]);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/pair_key.h"
 #include "core/tessellate/planar_triangulation.h"
 
 namespace diesink {
@@ -12,10 +13,6 @@ namespace {
 
 constexpr std::size_t kMostMovedOver = 1000;  // triangles that a split may sweep
 constexpr std::size_t kMostWrong = 50'000;    // crossings told of segments that overlap all over
-
-std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
-  return (static_cast<std::uint64_t>(a) << 32) | b;
-}
 
 // The input segments by their ends, sorted when first asked.
 class SegmentNames {

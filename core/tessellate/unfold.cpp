@@ -7,6 +7,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "core/pair_key.h"
+
 namespace diesink {
 namespace {
 
@@ -25,8 +27,6 @@ double turn(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double det = left - right;
   return std::fabs(det) > 0x1p-50 * (std::fabs(left) + std::fabs(right)) ? det : 0;
 }
-
-std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) { return std::uint64_t{a} << 32 | b; }
 
 // A patch of the plan: a loop of vertices and others inside it, triangulated.
 class Patch {
@@ -193,14 +193,14 @@ class Unfolder {
   void add(std::uint32_t t) {
     const Corners& c = triangles_[t];
     for (std::size_t k = 0; k < 3; ++k) {
-      side_of_[edge_key(c[k], c[(k + 1) % 3])] = t;
+      side_of_[pair_key(c[k], c[(k + 1) % 3])] = t;
       around_[c[k]].push_back(t);
     }
   }
   void remove(std::uint32_t t) {
     const Corners& c = triangles_[t];
     for (std::size_t k = 0; k < 3; ++k) {
-      side_of_.erase(edge_key(c[k], c[(k + 1) % 3]));
+      side_of_.erase(pair_key(c[k], c[(k + 1) % 3]));
       std::erase(around_[c[k]], t);
     }
   }
@@ -225,7 +225,7 @@ bool Unfolder::loop_of(const std::vector<std::uint32_t>& hole,
   for (const std::uint32_t t : hole) {
     const Corners& c = triangles_[t];
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto twin = side_of_.find(edge_key(c[(k + 1) % 3], c[k]));
+      const auto twin = side_of_.find(pair_key(c[(k + 1) % 3], c[k]));
       if (twin != side_of_.end() && in.contains(twin->second)) continue;
       if (!next.emplace(c[k], c[(k + 1) % 3]).second) return false;
       first = c[k];
@@ -255,7 +255,7 @@ void Unfolder::dig(std::uint32_t seed) {
         if (ring > 0) {
           const std::vector<std::uint32_t>& near = around_.at(c[k]);
           grown.insert(grown.end(), near.begin(), near.end());
-        } else if (const auto twin = side_of_.find(edge_key(c[(k + 1) % 3], c[k]));
+        } else if (const auto twin = side_of_.find(pair_key(c[(k + 1) % 3], c[k]));
                    twin != side_of_.end()) {
           grown.push_back(twin->second);
         }

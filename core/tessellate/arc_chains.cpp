@@ -1,0 +1,116 @@
+// The chains of chords that arcs have become: split, thinned and asked.
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
+
+#include "core/tessellate/arc_samples.h"
+
+namespace diesink {
+
+bool ArcSamples::find_splittable(std::uint32_t a, std::uint32_t b, double shortest, Ref& ref,
+                                 double& t0, double& t1) const {
+  const auto found = chords_.find(key(a, b));
+  if (found == chords_.end() || arrangement_.arcs[found->second.arc].seam) return false;
+  ref = found->second;
+  if (has_scan(ref.arc)) return false;  // the base has been cut along it
+  const SampledArc& arc = arcs[ref.arc];
+  const std::uint32_t next = arc.samples[ref.sample].next;
+  const ArcPoint &p = points[arc.samples[ref.sample].point], &q = points[arc.samples[next].point];
+  const PlanArc& of = arrangement_.arcs[ref.arc];
+  t0 = arc.samples[ref.sample].t;
+  t1 = arc.samples[next].t <= t0 ? static_cast<double>(of.nodes.size() - 1) : arc.samples[next].t;
+  double length = std::numeric_limits<double>::infinity();
+  for (const Label label : {of.left, of.right}) {
+    if (label != kNoLabel) {
+      length = std::fmin(length,
+                         (Vec3(p.x, p.y, z_of(p, label)) - Vec3(q.x, q.y, z_of(q, label))).norm());
+    }
+  }
+  return length >= 2 * shortest && t1 - t0 > 1e-12 * (1 + t1);
+}
+
+bool ArcSamples::can_split(std::uint32_t a, std::uint32_t b, double shortest) const {
+  Ref ref;
+  double t0 = 0, t1 = 0;
+  return find_splittable(a, b, shortest, ref, t0, t1);
+}
+
+ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest) {
+  Split result;
+  Ref ref;
+  double t0 = 0, t1 = 0;
+  if (!find_splittable(a, b, shortest, ref, t0, t1)) return result;
+  result.arc = ref.arc;
+  const double t = halfway(ref.arc, t0, t1);
+  const Trial trial{t, point_at(ref.arc, t)};
+  const std::uint32_t sample = insert(ref.arc, ref.sample, trial);
+  SampledArc& now = arcs[ref.arc];
+  result.point = now.samples[sample].point;
+  for (const std::uint32_t s : {ref.sample, sample}) {
+    const double d = bound(ref.arc, now.samples[s], now.samples[now.samples[s].next]);
+    // A part of a chord whose bound could not be shown keeps what was measured for the whole.
+    now.samples[s].deviation = d < 1e300 ? d : now.samples[ref.sample].deviation;
+  }
+  return result;
+}
+
+void ArcSamples::drop(const std::vector<char>& gone) {
+  largest_deviation = 0;
+  for (std::uint32_t a = 0; a < arcs.size(); ++a) {
+    SampledArc& arc = arcs[a];
+    bool any = false;
+    for (const ArcSample& s : arc.samples) any = any || gone[s.point] != 0;
+    if (any) {
+      // In the order of the chain; an end is never dropped.
+      std::vector<ArcSample> kept;
+      std::uint32_t k = 0;
+      for (;;) {
+        std::uint32_t next = arc.samples[k].next;
+        while (next != ArcSample::kEnd && next != 0 && gone[arc.samples[next].point] != 0)
+          next = arc.samples[next].next;
+        ArcSample s = arc.samples[k];
+        if (next != arc.samples[k].next) s.deviation = span_bound(a, k, next);
+        if (arc.samples[k].next != ArcSample::kEnd)
+          chords_.erase(key(s.point, arc.samples[arc.samples[k].next].point));
+        kept.push_back(s);
+        if (next == ArcSample::kEnd || next == 0) {
+          kept.back().next = next;
+          break;
+        }
+        kept.back().next = static_cast<std::uint32_t>(kept.size());
+        k = next;
+      }
+      for (const ArcSample& s : arc.samples) {
+        if (gone[s.point] != 0 && s.next != ArcSample::kEnd)
+          chords_.erase(key(s.point, arc.samples[s.next].point));
+      }
+      arc.samples = std::move(kept);
+      for (std::uint32_t n = 0; n < arc.samples.size(); ++n) {
+        if (arc.samples[n].next != ArcSample::kEnd)
+          chords_[key(arc.samples[n].point, arc.samples[arc.samples[n].next].point)] = {a, n};
+      }
+    }
+    for (const ArcSample& s : arc.samples) {
+      if (s.next != ArcSample::kEnd) largest_deviation = std::fmax(largest_deviation, s.deviation);
+    }
+  }
+}
+
+void ArcSamples::chain(std::uint32_t a, std::vector<std::uint32_t>& out) const {
+  out.clear();
+  const SampledArc& arc = arcs[a];
+  std::uint32_t k = 0;
+  do {
+    out.push_back(arc.samples[k].point);
+    k = arc.samples[k].next;
+  } while (k != ArcSample::kEnd && k != 0);
+  if (k == 0) out.push_back(arc.samples[0].point);
+}
+
+double ArcSamples::chord_bound(std::uint32_t a, std::uint32_t b) const {
+  const auto found = chords_.find(key(a, b));
+  return found == chords_.end() ? 0
+                                : arcs[found->second.arc].samples[found->second.sample].deviation;
+}
+
+}  // namespace diesink

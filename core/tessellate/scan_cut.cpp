@@ -1,0 +1,370 @@
+// A scanned sheet cut along the arcs of the arrangement: which of its triangles are seen.
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "core/base/exact_plan.h"
+#include "core/pair_key.h"
+#include "core/tessellate/scan_mesh.h"
+
+namespace diesink {
+namespace {
+
+using Impl = CompoundSurface::Impl;
+constexpr std::uint32_t kNone = ScanSheet::kNone;
+
+class SheetSplitter {
+ public:
+  SheetSplitter(const Impl& surface, const Arrangement& arrangement, const ArcSamples& samples,
+                const ScanSheet& sheet, const ScanArcs& arcs)
+      : surface_(surface),
+        arrangement_(arrangement),
+        samples_(samples),
+        sheet_(sheet),
+        arcs_(arcs),
+        touched_(arcs.touched) {}
+
+  Result<ScanCut> run();
+
+ private:
+  std::uint32_t add(const Vec3& p, std::uint32_t arc_point) {
+    out_.sheet.points.push_back(p);
+    out_.arc_point.push_back(arc_point);
+    return static_cast<std::uint32_t>(out_.sheet.points.size() - 1);
+  }
+  std::uint32_t local_arc_point(std::uint32_t p);
+  std::uint32_t local_vertex(std::uint32_t v) {
+    if (local_vertex_[v] == kNone) local_vertex_[v] = add(sheet_.points[v], ArcSamples::kNone);
+    return local_vertex_[v];
+  }
+
+  void add_loops();
+  void cover(const std::vector<std::uint32_t>& run, std::uint32_t end);
+  void add_untouched();
+  void add_touched();
+  [[nodiscard]] double area_off_sheet(const std::array<std::uint32_t, 3>& t) const;
+  Result<bool> triangulate();
+  [[nodiscard]] Error crosses_itself() const;
+  Status mark_seen();
+
+  const Impl& surface_;
+  const Arrangement& arrangement_;
+  const ArcSamples& samples_;
+  const ScanSheet& sheet_;
+  const ScanArcs& arcs_;
+  ScanCut out_;
+  std::vector<std::uint32_t> local_vertex_;
+  std::unordered_map<std::uint32_t, std::uint32_t> local_arc_;
+  std::vector<PlanarTriangulation::Segment> segments_;
+  std::vector<std::uint32_t> half_;  // of each: the sheet's half-edge it is part of, or kNone
+  std::vector<char> touched_;
+  std::unordered_set<std::uint64_t> on_loops_;  // directed, the base on their left
+  std::unordered_set<std::uint64_t> covered_;   // ways that points of arcs divide, straight
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> on_edge_;  // arc points, local
+};
+
+std::uint32_t SheetSplitter::local_arc_point(std::uint32_t p) {
+  const auto [it, fresh] = local_arc_.try_emplace(p, kNone);
+  if (!fresh) return it->second;
+  const ArcPoint& point = samples_.points[p];
+  ScanPlace where;
+  if (point.node != ArcPoint::kNoNode) where = arcs_.place[point.node];
+  const std::uint32_t vertex = where.kind == ScanPlace::Kind::kVertex ? where.id : kNone;
+  if (vertex != kNone && local_vertex_[vertex] != kNone) {
+    it->second = local_vertex_[vertex];
+    return it->second;
+  }
+  it->second = add(samples_.at(p, out_.label), p);
+  if (vertex != kNone) local_vertex_[vertex] = it->second;
+  if (where.kind == ScanPlace::Kind::kEdge) on_edge_[where.id].push_back(it->second);
+  return it->second;
+}
+
+// The arcs round the base, the base on their left; what is hidden behind them on their right.
+void SheetSplitter::add_loops() {
+  for (const PlanRegion& region : arrangement_.regions) {
+    if (!is_base(surface_, region.label)) continue;
+    out_.label = region.label;
+    for (const std::vector<ArcUse>& loop : region.loops) {
+      for (const ArcUse& use : loop) {
+        out_.uses.push_back(use);
+        const PlanArc& arc = arrangement_.arcs[use.arc];
+        const std::vector<ArcSample>& chain = samples_.arcs[use.arc].samples;
+        std::uint32_t k = 0;
+        std::vector<std::uint32_t> run;  // from one node on, points between nodes
+        do {
+          const std::uint32_t next = chain[k].next;
+          if (next == ArcSample::kEnd) break;
+          if (samples_.points[chain[k].point].node != ArcPoint::kNoNode) run.clear();
+          run.push_back(local_arc_point(chain[k].point));
+          if (run.size() > 1 && samples_.points[chain[next].point].node != ArcPoint::kNoNode)
+            cover(run, local_arc_point(chain[next].point));
+          const double t1 = next == 0 ? static_cast<double>(arc.nodes.size() - 1) : chain[next].t;
+          const std::size_t stretch =
+              std::min(static_cast<std::size_t>(0.5 * (chain[k].t + t1)), arc.curves.size() - 1);
+          std::uint32_t a = local_arc_point(chain[k].point), b = local_arc_point(chain[next].point);
+          k = next;
+          if (a == b) continue;
+          if (!use.forward) std::swap(a, b);
+          if (!on_loops_.insert(pair_key(a, b)).second) continue;
+          segments_.push_back({a, b});
+          const bool ends = arc.border || arc.curves[stretch].type == CurveType::kOutline;
+          if (!ends) segments_.push_back({b, a});
+        } while (k != 0);
+      }
+    }
+  }
+  // Where the base is on both sides, each way is there twice.
+  std::sort(segments_.begin(), segments_.end());
+  segments_.erase(std::unique(segments_.begin(), segments_.end()), segments_.end());
+  half_.assign(segments_.size(), kNone);
+}
+
+// A straight run of an arc between two nodes: an edge of the sheet from one to the other is the
+// run.
+void SheetSplitter::cover(const std::vector<std::uint32_t>& run, std::uint32_t end) {
+  const std::vector<Vec3>& points = out_.sheet.points;
+  const Vec2 a = points[run.front()].head<2>(), d = points[end].head<2>() - a;
+  for (const std::uint32_t p : run) {
+    const Vec2 q = points[p].head<2>() - a;
+    if (!(std::fabs(d.x() * q.y() - d.y() * q.x()) <= 1e-10 * surface_.size * d.norm())) return;
+  }
+  covered_.insert(pair_key(run.front(), end));
+  covered_.insert(pair_key(end, run.front()));
+}
+
+void SheetSplitter::add_untouched() {
+  for (std::size_t t = 0; t < sheet_.triangles.size(); ++t) {
+    if (touched_[t]) continue;
+    const auto& of = sheet_.triangles[t];
+    out_.sheet.triangles.push_back({local_vertex(of[0]), local_vertex(of[1]), local_vertex(of[2])});
+  }
+}
+
+// The edges of touched triangles.
+void SheetSplitter::add_touched() {
+  std::unordered_set<std::uint64_t> on_loops;
+  for (const auto& s : segments_) on_loops.insert(pair_key(s[0], s[1]));
+  std::vector<std::uint32_t> stops;
+  const std::vector<Vec3>& points = out_.sheet.points;
+  for (std::uint32_t h = 0; h < sheet_.twin.size(); ++h) {
+    const std::uint32_t twin = sheet_.twin[h];
+    const bool here = touched_[h / 3] != 0;
+    const bool there = twin != kNone && touched_[twin / 3] != 0;
+    if (!here || (there && twin < h)) continue;
+    const std::uint32_t u = sheet_.from(h), v = sheet_.to(h);
+    const Vec2 p = sheet_.points[u].head<2>(), d = sheet_.points[v].head<2>() - p;
+    const auto found = on_edge_.find(std::min(h, twin));
+    stops.clear();
+    if (found != on_edge_.end()) stops = found->second;
+    std::sort(stops.begin(), stops.end(), [&](std::uint32_t i, std::uint32_t j) {
+      return d.dot(points[i].head<2>() - p) < d.dot(points[j].head<2>() - p);
+    });
+    std::uint32_t a = local_vertex(u);
+    for (std::size_t k = 0; k <= stops.size(); ++k) {
+      const std::uint32_t b = k == stops.size() ? local_vertex(v) : stops[k];
+      if (a == b) continue;
+      const bool known = on_loops.count(pair_key(a, b)) != 0 ||
+                         on_loops.count(pair_key(b, a)) != 0 || covered_.count(pair_key(a, b)) != 0;
+      if (!known) {
+        segments_.push_back({a, b});
+        half_.push_back(h);
+        if (there) {
+          segments_.push_back({b, a});
+          half_.push_back(h);
+        }
+      }
+      a = b;
+    }
+  }
+}
+
+// The plan area of a triangle of the cut that is no piece of one of the sheet.
+double SheetSplitter::area_off_sheet(const std::array<std::uint32_t, 3>& t) const {
+  const Vec3 &a = out_.sheet.points[t[0]], &b = out_.sheet.points[t[1]],
+             &c = out_.sheet.points[t[2]];
+  const Vec3 m = (a + b + c) / 3;
+  const double area = 0.5 * ((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
+  BaseHit hit;
+  if (!surface_.base_at(m.x(), m.y(), hit)) return area;
+  for (const Vec3* p : {&a, &b, &c}) {
+    const double z = hit.z + hit.zx * (p->x() - m.x()) + hit.zy * (p->y() - m.y());
+    // As far as arcs' points are known.
+    if (!(std::fabs(z - p->z()) <= 1e-9 * surface_.size)) return area;
+  }
+  return 0;
+}
+
+// Sheet edges run over points of arcs that lie on them, and give way to chords too close to them to
+// be told apart. False where one of those parts the touched triangles from the rest: `touched_` has
+// what is beyond then, and all begins anew.
+Result<bool> SheetSplitter::triangulate() {
+  if (segments_.empty()) return true;
+  // Only what the segments use.
+  std::vector<std::uint32_t> number(out_.sheet.points.size(), kNone), used;
+  std::vector<Vec2> points;
+  const auto of = [&](std::uint32_t v) {
+    if (number[v] == kNone) {
+      number[v] = static_cast<std::uint32_t>(points.size());
+      points.emplace_back(out_.sheet.points[v].head<2>());
+      used.push_back(v);
+    }
+    return number[v];
+  };
+  std::vector<PlanarTriangulation::Segment> segments;
+  for (const auto& s : segments_) segments.push_back({of(s[0]), of(s[1])});
+  std::vector<std::uint32_t> half = half_;
+  bool proven = true;
+  constexpr int kMostAttempts = 40;
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    PlanarTriangulation triangulation;
+    const std::vector<SegmentCrossing> wrong = triangulation.build(points, segments);
+    if (wrong.empty()) {
+      for (const auto& t : triangulation.triangles()) {
+        out_.sheet.triangles.push_back({used[t[0]], used[t[1]], used[t[2]]});
+        if (!proven) out_.unproven_area += area_off_sheet(out_.sheet.triangles.back());
+      }
+      return true;
+    }
+    std::unordered_set<std::uint64_t> there, gone;
+    for (const auto& s : segments) there.insert(pair_key(s[0], s[1]));
+    std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> stops;  // by low and high end
+    bool wider = false;
+    for (const SegmentCrossing& w : wrong) {
+      for (const std::uint32_t s : {w.segment_a, w.segment_b}) {
+        if (s >= segments.size() || half[s] == kNone) continue;
+        const auto [a, b] = segments[s];
+        if (w.point != kNoPoint) {
+          stops[pair_key(std::min(a, b), std::max(a, b))].push_back(w.point);
+          continue;
+        }
+        gone.insert(pair_key(a, b));
+        if (there.count(pair_key(b, a)) != 0) {
+          gone.insert(pair_key(b, a));
+          continue;
+        }
+        const std::uint32_t twin = sheet_.twin[half[s]];
+        if (twin == kNone) return crosses_itself();
+        touched_[twin / 3] = 1;
+        wider = true;
+      }
+    }
+    if (wider) return false;
+    if (gone.empty() && stops.empty()) break;
+    proven = proven && gone.empty();
+    std::vector<PlanarTriangulation::Segment> rest;
+    std::vector<std::uint32_t> rest_half;
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      const auto [a, b] = segments[s];
+      if (half[s] != kNone && gone.count(pair_key(a, b)) != 0) continue;
+      const auto over =
+          half[s] == kNone ? stops.end() : stops.find(pair_key(std::min(a, b), std::max(a, b)));
+      if (over == stops.end()) {
+        rest.push_back(segments[s]);
+        rest_half.push_back(half[s]);
+        continue;
+      }
+      const Vec2 d = points[b] - points[a];
+      std::vector<std::uint32_t> on = over->second;
+      std::sort(on.begin(), on.end(), [&](std::uint32_t i, std::uint32_t j) {
+        const double at_i = d.dot(points[i]), at_j = d.dot(points[j]);
+        return at_i != at_j ? at_i < at_j : i < j;
+      });
+      on.erase(std::unique(on.begin(), on.end()), on.end());
+      on.push_back(b);
+      std::uint32_t from = a;
+      for (const std::uint32_t to : on) {
+        const bool known =
+            there.count(pair_key(from, to)) != 0 || there.count(pair_key(to, from)) != 0;
+        if (!known) {
+          rest.push_back({from, to});
+          rest_half.push_back(half[s]);
+        }
+        from = to;
+      }
+    }
+    segments = std::move(rest);
+    half = std::move(rest_half);
+  }
+  return crosses_itself();
+}
+
+Error SheetSplitter::crosses_itself() const {
+  return {ErrorCode::kInput,
+          "the border of the scanned base crosses itself at the least distance: the scan is finer "
+          "than its coordinates can tell",
+          {surface_.program.file}};
+}
+
+// What lies to the left of the arcs.
+Status SheetSplitter::mark_seen() {
+  ScanSheet& sheet = out_.sheet;
+  sheet.make_twins();
+  out_.base.assign(sheet.triangles.size(), 0);
+  std::vector<char> at_loop(sheet.points.size(), 0);
+  for (const std::uint64_t key : on_loops_) {
+    at_loop[key >> 32] = 1;
+    at_loop[key & 0xFFFFFFFFu] = 1;
+  }
+  const auto is_loop = [&](std::uint32_t a, std::uint32_t b) {
+    return at_loop[a] && at_loop[b] && on_loops_.count(pair_key(a, b)) != 0;
+  };
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t h = 0; h < sheet.twin.size(); ++h) {
+    if (out_.base[h / 3] || !is_loop(sheet.from(h), sheet.to(h))) continue;
+    out_.base[h / 3] = 1;
+    open.push_back(h / 3);
+    while (!open.empty()) {
+      const std::uint32_t t = open.back();
+      open.pop_back();
+      for (std::uint32_t e = 3 * t; e < 3 * t + 3; ++e) {
+        const std::uint32_t twin = sheet.twin[e];
+        if (twin == kNone || out_.base[twin / 3]) continue;
+        const std::uint32_t a = sheet.from(e), b = sheet.to(e);
+        if (is_loop(a, b)) continue;
+        if (is_loop(b, a)) {
+          return Error{ErrorCode::kInput,
+                       "what is seen of the scanned base is not parted from what is hidden",
+                       {surface_.program.file}};
+        }
+        out_.base[twin / 3] = 1;
+        open.push_back(twin / 3);
+      }
+    }
+  }
+  return ok();
+}
+
+Result<ScanCut> SheetSplitter::run() {
+  for (;;) {
+    out_ = {};
+    local_vertex_.assign(sheet_.points.size(), kNone);
+    local_arc_.clear();
+    segments_.clear();
+    half_.clear();
+    on_loops_.clear();
+    covered_.clear();
+    on_edge_.clear();
+    add_loops();
+    if (segments_.empty()) return std::move(out_);
+    add_untouched();
+    add_touched();
+    const Result<bool> done = triangulate();
+    if (!done) return done.error();
+    if (*done) break;
+  }
+  if (const Status done = mark_seen(); !done) return done.error();
+  return std::move(out_);
+}
+
+}  // namespace
+
+Result<ScanCut> cut_sheet(const Impl& surface, const Arrangement& arrangement,
+                          const ArcSamples& samples, const ScanSheet& sheet, const ScanArcs& arcs) {
+  return SheetSplitter(surface, arrangement, samples, sheet, arcs).run();
+}
+
+}  // namespace diesink
