@@ -11,11 +11,11 @@
 #include "convert/mesh_frame.h"
 #include "convert/mesh_input.h"
 #include "convert/mesh_output.h"
+#include "core/counted.h"
 #include "core/mesh_tools/repair.h"
 #include "core/mesh_tools/weld.h"
 #include "core/parallel.h"
 #include "formats/json_writer.h"
-#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {

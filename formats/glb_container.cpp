@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/glb_container.h"
-#include "formats/text_scanner.h"
+
+#include "core/counted.h"
 
 #include <cstdint>
 #include <cstring>

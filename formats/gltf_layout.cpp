@@ -8,11 +8,11 @@
 #include <span>
 #include <type_traits>
 
+#include "core/counted.h"
 #include "core/parallel.h"
 #include "formats/byte_sink.h"
 #include "formats/gltf_color.h"
 #include "formats/gltf_draco.h"
-#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {

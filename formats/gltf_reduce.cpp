@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
+#include "core/counted.h"
 #include "formats/gltf_checker.h"
 #include "formats/gltf_extras.h"
-#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/gltf_scene.h"
-#include "formats/text_scanner.h"
+
+#include "core/counted.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "core/counted.h"
 #include "core/large_array.h"
 #include "formats/element_runs.h"
 #include "formats/file_marks.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/counted.h"
 #include "formats/file_marks.h"
 #include "formats/mesh_builder.h"
 #include "formats/off.h"

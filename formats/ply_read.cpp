@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/counted.h"
 #include "formats/element_runs.h"
 #include "formats/file_marks.h"
 #include "formats/mesh_builder.h"

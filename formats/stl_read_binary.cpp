@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/counted.h"
 #include "core/parallel.h"
 #include "formats/element_table.h"
 #include "formats/file_marks.h"
@@ -15,7 +16,6 @@
 #include "formats/stl.h"
 #include "formats/stl_facets.h"
 #include "formats/text_number.h"
-#include "formats/text_scanner.h"
 
 namespace diesink {
 namespace {

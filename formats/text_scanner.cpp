@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstring>
 
+#include "core/counted.h"
+
 namespace diesink {
 namespace {
 
@@ -143,14 +145,6 @@ Error TextScanner::number_error(NumberState state, std::string_view expected) co
   message += ", expected ";
   message += expected;
   return error(std::move(message), ahead.at() - word.size());
-}
-
-std::string counted(std::size_t count, std::string_view words) {
-  const std::size_t many = words.find('|') + 1, rest = words.find('|', many) + 1;
-  std::string text = std::to_string(count) + " ";
-  text += count == 1 ? words.substr(0, many - 1) : words.substr(many, rest - many - 1);
-  text += words.substr(rest);
-  return text;
 }
 
 void Tally::warn(std::string_view words, const TextScanner& text, Diagnostics& diagnostics) const {

@@ -141,10 +141,6 @@ class TextScanner {
   bool continuation_;
 };
 
-// "1 facet has no normal" or "3 facets have no normal" of the words "facet has|facets have| no
-// normal".
-std::string counted(std::size_t count, std::string_view words);
-
 // How often something odd was met, and where first.
 class Tally {
  public:

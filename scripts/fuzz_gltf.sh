@@ -10,7 +10,7 @@ mkdir -p "$folder/seeds" "$folder/gltf" "$folder/draco"
 flags=(-std=c++20 -O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all
        -I. -isystem /usr/include/eigen3)
 # Only what the readers need, so that the run starts within minutes.
-sources=(core/result.cpp core/diagnostics.cpp core/parallel.cpp formats/byte_sink.cpp formats/text_number.cpp formats/text_scanner.cpp formats/written_mesh.cpp
+sources=(core/result.cpp core/diagnostics.cpp core/parallel.cpp core/counted.cpp formats/byte_sink.cpp formats/text_number.cpp formats/written_mesh.cpp
          formats/element_runs.cpp formats/gltf*.cpp formats/glb*.cpp formats/draco*.cpp)
 objects=()
 for source in "${sources[@]}" tests/fuzz/gltf_fuzz.cpp tests/fuzz/gltf_draco_fuzz.cpp tests/formats/gltf_samples.cpp; do

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/counted.h"
 #include "core/mesh_tools/polygon.h"
 #include "core/mesh_tools/weld.h"
 #include "core/parallel.h"
@@ -356,24 +357,18 @@ std::string to_text(const RepairReport& report) {
   add_row(text, "misoriented edges", b.misoriented_edges, a.misoriented_edges);
   add_row(text, "non-manifold edges", b.nonmanifold_edges, a.nonmanifold_edges);
   add_row(text, "non-manifold vertices", b.nonmanifold_vertices, a.nonmanifold_vertices);
-  const auto did = [&](std::size_t count, std::string_view one, std::string_view several,
-                       std::string_view what) {
-    if (count == 0) return;
-    text += std::to_string(count) + " ";
-    text += count == 1 ? one : several;
-    text += " ";
-    text += what;
-    text += "\n";
+  const auto did = [&](std::size_t count, std::string_view words) {
+    if (count > 0) text += counted(count, words) + "\n";
   };
-  did(report.merged_vertices, "vertex", "vertices", "merged");
-  did(report.removed_degenerate, "degenerate triangle", "degenerate triangles", "removed");
-  did(report.removed_duplicates, "repeated triangle", "repeated triangles", "removed");
-  did(report.flipped, "triangle", "triangles", "turned over");
-  did(report.split_edges, "edge", "edges", "of more than two triangles taken apart");
-  did(report.split_vertices, "vertex", "vertices", "doubled where surfaces only touched");
-  did(report.filled_holes, "hole", "holes", "filled");
-  did(report.added_triangles, "triangle", "triangles", "added");
-  did(report.unorientable, "one-sided shell", "one-sided shells", "left as is");
+  did(report.merged_vertices, "vertex|vertices| merged");
+  did(report.removed_degenerate, "degenerate triangle|degenerate triangles| removed");
+  did(report.removed_duplicates, "repeated triangle|repeated triangles| removed");
+  did(report.flipped, "triangle|triangles| turned over");
+  did(report.split_edges, "edge|edges| of more than two triangles taken apart");
+  did(report.split_vertices, "vertex|vertices| doubled where surfaces only touched");
+  did(report.filled_holes, "hole|holes| filled");
+  did(report.added_triangles, "triangle|triangles| added");
+  did(report.unorientable, "one-sided shell|one-sided shells| left as is");
   text += a.watertight ? "watertight\n" : "not watertight: " + a.why_not + "\n";
   return text;
 }

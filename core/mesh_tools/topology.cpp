@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/counted.h"
 #include "core/mesh_tools/weld.h"
 #include "core/parallel.h"
 
@@ -17,10 +18,6 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 
 bool is_degenerate(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
-
-std::string counted(std::size_t count, std::string_view one, std::string_view many) {
-  return std::to_string(count) + " " + std::string(count == 1 ? one : many);
-}
 
 void join_reason(std::string& text, std::string reason) {
   if (!text.empty()) text += ", ";
@@ -290,16 +287,16 @@ MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared) {
   if (topology.edges == 0) join_reason(topology.why_not, "it has no triangles");
   if (topology.boundary_edges > 0) {
     join_reason(topology.why_not,
-                counted(topology.boundary_edges, "boundary edge", "boundary edges") + " in " +
-                    counted(topology.boundary_loops, "loop", "loops"));
+                counted(topology.boundary_edges, "boundary edge|boundary edges| in ") +
+                    counted(topology.boundary_loops, "loop|loops|"));
   }
   if (topology.nonmanifold_edges > 0) {
-    join_reason(topology.why_not, counted(topology.nonmanifold_edges, "edge", "edges") +
-                                      " of more than two triangles");
+    join_reason(topology.why_not,
+                counted(topology.nonmanifold_edges, "edge|edges| of more than two triangles"));
   }
   if (topology.misoriented_edges > 0) {
-    join_reason(topology.why_not, counted(topology.misoriented_edges, "edge", "edges") +
-                                      " between triangles that turn opposite ways");
+    join_reason(topology.why_not, counted(topology.misoriented_edges,
+                                          "edge|edges| between triangles that turn opposite ways"));
   }
   topology.watertight = topology.why_not.empty();
   return topology;
