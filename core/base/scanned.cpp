@@ -2,7 +2,6 @@
 #include "core/base/scanned.h"
 
 #include <Eigen/Geometry>
-#include <bit>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -10,7 +9,7 @@
 
 #include "core/base/scan_fill.h"
 #include "core/base/scanned_border.h"
-#include "core/mesh_tools/position_hash.h"
+#include "core/mesh_tools/weld.h"
 #include "core/number.h"
 
 namespace diesink {
@@ -76,40 +75,6 @@ bool settle(std::vector<Vec3>& positions) {
   return true;
 }
 
-// A number of each position, ascending by first appearance, the same for equal ones; how many there
-// are. -0 counts as 0.
-// Memory: 4 bytes a position to keep, and 4 to 20 meanwhile.
-std::vector<std::uint32_t> equal_positions(const std::vector<Vec3>& positions,
-                                           std::size_t& different) {
-  constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> number(positions.size());
-  std::vector<std::uint32_t> first;  // by slot, the vertex that came first to its place
-  const auto slot_of = [&](const Vec3& p) {
-    std::size_t at = static_cast<std::size_t>(hash_of(p + Vec3::Zero())) & (first.size() - 1);
-    while (first[at] != kNobody && positions[first[at]] != p) at = (at + 1) & (first.size() - 1);
-    return at;
-  };
-  first.assign(std::bit_ceil(positions.size() + 1), kNobody);
-  different = 0;
-  for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    const std::size_t at = slot_of(positions[v]);
-    if (first[at] != kNobody) {
-      number[v] = number[first[at]];
-      continue;
-    }
-    first[at] = v;
-    number[v] = static_cast<std::uint32_t>(different++);
-    // At three fifths look-ups still end after two slots, most of them.
-    if (5 * different < 3 * first.size()) continue;
-    const std::vector<std::uint32_t> old =
-        std::exchange(first, std::vector<std::uint32_t>(2 * first.size(), kNobody));
-    for (const std::uint32_t k : old) {
-      if (k != kNobody) first[slot_of(positions[k])] = k;
-    }
-  }
-  return number;
-}
-
 }  // namespace
 
 ScannedSurface::ScannedSurface() = default;
@@ -150,23 +115,16 @@ Result<ScannedSurface> ScannedSurface::make(TriangleMesh mesh, const MeshBase& b
 void ScannedSurface::make_vertex_normals() {
   // Equal positions share their normal, also where the file repeats them for each facet: they
   // become one, which leaves less memory in use than the file's.
-  std::size_t different = 0;
-  {
-    const std::vector<std::uint32_t> number = equal_positions(positions_, different);
-    if (different < positions_.size()) {
-      std::uint32_t next = 0;
-      for (std::size_t v = 0; v < positions_.size(); ++v) {
-        if (number[v] == next) positions_[next++] = positions_[v];
-      }
-      positions_.resize(different);
-      positions_.shrink_to_fit();
-      for (std::array<std::uint32_t, 3>& t : triangles_) {
-        for (std::uint32_t& v : t) v = number[v];
-      }
+  if (const WeldMap map = weld_map(positions_); map.kept.size() < positions_.size()) {
+    for (std::size_t k = 0; k < map.kept.size(); ++k) positions_[k] = positions_[map.kept[k]];
+    positions_.resize(map.kept.size());
+    positions_.shrink_to_fit();
+    for (std::array<std::uint32_t, 3>& t : triangles_) {
+      for (std::uint32_t& v : t) v = map.of_vertex[v];
     }
   }
   std::vector<Vec3>& sums = vertex_normals_;
-  sums.assign(different, Vec3::Zero());
+  sums.assign(positions_.size(), Vec3::Zero());
   for (const std::array<std::uint32_t, 3>& t : triangles_) {
     const std::array<Vec3, 3> p{positions_[t[0]], positions_[t[1]], positions_[t[2]]};
     Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);

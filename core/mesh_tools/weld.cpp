@@ -3,25 +3,53 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
+#include "core/mesh_tools/position_hash.h"
 #include "core/mesh_tools/vertex_table.h"
 
 namespace diesink {
+namespace {
+
+constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
+
+}  // namespace
 
 WeldMap weld_map(std::span<const Vec3> positions) {
   WeldMap map;
   map.of_vertex.resize(positions.size());
-  VertexTable table(positions.size() / 2);
-  for (std::size_t first = 0; first < positions.size(); first += VertexTable::kBatch) {
-    const std::size_t count = std::min(VertexTable::kBatch, positions.size() - first);
-    const std::span<std::uint32_t> numbers = std::span(map.of_vertex).subspan(first, count);
-    std::size_t next = table.size();
-    table.add(positions.subspan(first, count), numbers);
+  // By slot, the vertex that came first to its place.
+  std::vector<std::uint32_t> slots(std::bit_ceil(positions.size() + 1), kNobody);
+  const auto slot_of = [&](const Vec3& p, std::uint64_t hash) {
+    std::size_t at = static_cast<std::size_t>(hash) & (slots.size() - 1);
+    while (slots[at] != kNobody && positions[slots[at]] != p) at = (at + 1) & (slots.size() - 1);
+    return at;
+  };
+  const auto hash_at = [&](std::size_t v) { return hash_of(positions[v] + Vec3::Zero()); };
+  // Many at once, which hides the memory's latency.
+  constexpr std::size_t kBatch = 48;
+  std::array<std::uint64_t, kBatch> hashes;
+  for (std::size_t first = 0; first < positions.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, positions.size() - first);
     for (std::size_t i = 0; i < count; ++i) {
-      if (numbers[i] != next) continue;
-      map.kept.push_back(static_cast<std::uint32_t>(first + i));
-      ++next;
+      hashes[i] = hash_at(first + i);
+      __builtin_prefetch(&slots[static_cast<std::size_t>(hashes[i]) & (slots.size() - 1)]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto v = static_cast<std::uint32_t>(first + i);
+      std::uint32_t& there = slots[slot_of(positions[v], hashes[i])];
+      if (there != kNobody) {
+        map.of_vertex[v] = map.of_vertex[there];
+        continue;
+      }
+      there = v;
+      map.of_vertex[v] = static_cast<std::uint32_t>(map.kept.size());
+      map.kept.push_back(v);
+      // At three fifths look-ups still end after two slots, most of them.
+      if (5 * map.kept.size() < 3 * slots.size()) continue;
+      slots.assign(2 * slots.size(), kNobody);
+      for (const std::uint32_t k : map.kept) slots[slot_of(positions[k], hash_at(k))] = k;
     }
   }
   return map;
