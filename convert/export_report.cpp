@@ -42,7 +42,7 @@ void write_curves(JsonWriter& json, const TessellationReport& report) {
   json.end_array();
 }
 
-// What the last check could not confirm, by place.
+// Where the mesh is not certified.
 void write_doubts(JsonWriter& json, const TessellationReport& report) {
   json.key("doubts").begin_array();
   for (const MeshDoubt& each : report.doubts) {

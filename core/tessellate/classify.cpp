@@ -107,7 +107,7 @@ void combine(const Impl& surface, StateOver& state, const FaceList& faces, bool 
 }
 
 // Two functions with the same zero line in the box: flush walls, concentric rims.
-bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box, double slack) {
+bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box, double tie) {
   if (!(f.bend < 1e300) || !(g.bend < 1e300)) return false;
   const double nf = std::hypot(f.cgx, f.cgy), ng = std::hypot(g.cgx, g.cgy);
   if (!(nf > 0) || !(ng > 0)) return false;
@@ -118,7 +118,7 @@ bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box,
   // conics that bend by the same bound is taken for the same conic, which the vertices of the arcs
   // then prove or not.
   const double bend = std::fabs(f.bend / nf - g.bend / ng);
-  return gap + bend <= 8 * slack;
+  return gap + bend <= kLineSlack * tie;
 }
 
 // The zero lines of two functions have no common point in the box: lines side by side.

@@ -9,10 +9,6 @@ namespace {
 
 using Impl = CompoundSurface::Impl;
 
-// What rounding may leave between a line and a surface that it lies in, in ties; same_line() has
-// the same.
-constexpr double kSlack = 8;
-
 bool height_at(const Impl& surface, const FaceOver& f, const CellBox& box, double dx, double dy,
                double& z) {
   if (f.solid < 0) {
@@ -48,9 +44,13 @@ bool face_on(const Impl& surface, const FaceOver& f, const CellBox& box, const C
   return true;
 }
 
+bool is_straight_along_axis(const PlanFunction& f) {
+  return f.kind != PlanFunction::Kind::kCrossing && f.bend == 0 && (f.cgx == 0) != (f.cgy == 0);
+}
+
+// `line` is straight and parallel to an axis.
 bool vanishes_along(const Impl& surface, const PlanFunction& line, const PlanFunction& crossing,
                     const FaceOver& f, const FaceOver& g, const CellBox& box) {
-  if (line.bend != 0 || (line.cgx == 0) == (line.cgy == 0)) return false;
   CellBox part = box;
   const Range& across = line.cgy == 0 ? crossing.gx : crossing.gy;
   if (!(across.lo > 0 || across.hi < 0)) return false;
@@ -67,7 +67,7 @@ bool vanishes_along(const Impl& surface, const PlanFunction& line, const PlanFun
   const bool has_f = face_on(surface, f, box, part, on_f);
   const bool has_g = face_on(surface, g, box, part, on_g);
   Range d;
-  double least = kSlack * surface.tie;
+  double least = kLineSlack * surface.tie;
   if (has_f && has_g) {
     d = difference_over(on_f, on_g, part);
   } else if (has_f != has_g && crossing.implicit_side) {
@@ -98,6 +98,8 @@ bool rises_above(const Impl& surface, const FaceOver& f, const FaceOver& g, cons
 }
 
 bool drop_crossings_along_lines(const Impl& surface, const CellBox& box, CellVerdict& verdict) {
+  if (std::none_of(verdict.functions.begin(), verdict.functions.end(), is_straight_along_axis))
+    return false;
   const auto face_of_label = [&](Label label) {
     return std::find_if(verdict.candidates.begin(), verdict.candidates.end(),
                         [&](const FaceOver& f) { return f.label == label; });
@@ -109,7 +111,7 @@ bool drop_crossings_along_lines(const Impl& surface, const CellBox& box, CellVer
       const FaceOver *f = face_of_label(p.a), *g = face_of_label(p.b);
       for (const PlanFunction& line : verdict.functions) {
         dropped = dropped ||
-                  (line.kind != PlanFunction::Kind::kCrossing && f != verdict.candidates.end() &&
+                  (is_straight_along_axis(line) && f != verdict.candidates.end() &&
                    g != verdict.candidates.end() && vanishes_along(surface, line, p, *f, *g, box));
       }
     }

@@ -6,6 +6,9 @@
 
 namespace diesink {
 
+// What rounding may leave between two descriptions of one line, in ties.
+constexpr double kLineSlack = 8;
+
 // f lies nowhere in the box below g by more than a tie, and above it in the middle: their
 // difference rises the same way everywhere in the box, so that it is least in one of its corners.
 // Faces that touch along the domain's border are told apart by this.

@@ -225,12 +225,7 @@ std::uint32_t LastCheck::look_up(Label label) const {
 }
 
 void LastCheck::doubt(std::uint32_t element, const Vec3& place, double area, const char* what) {
-  TessellationReport& report = made_.report;
-  report.uncertified_area += area;
-  ++report.doubt_count;
-  if (report.doubts.size() < TessellationReport::kMostDoubts)
-    report.doubts.push_back(
-        {place, element == kNone ? "" : mesh_.elements[element].name, what, area});
+  made_.report.add_doubt(place, element == kNone ? "" : mesh_.elements[element].name, what, area);
 }
 
 // The triangles' area and side, and the points at which each is compared.

@@ -93,4 +93,27 @@ void fill_report(const CompoundSurface& surface, const Tessellation& tessellatio
   report.watertight = is_watertight(mesh);
 }
 
+void add_doubts(const CompoundSurface& surface, const Arrangement& arrangement,
+                const ArcSamples& samples, const std::vector<RegionMesh>& regions, double deviation,
+                TessellationReport& report) {
+  const auto doubt_at = [&](double x, double y, const char* what, double area) {
+    if (!(area > 0)) return;
+    const LineState there = surface.impl().evaluate(x, y);
+    const bool hole = there.label == kNoLabel;
+    report.add_doubt({x, y, hole ? 0 : there.z}, hole ? "" : surface.element_name(there.label),
+                     what, area);
+  };
+  doubt_at(arrangement.uncertified_place.x(), arrangement.uncertified_place.y(),
+           "what meets there cannot be told apart at the least distance",
+           arrangement.uncertified_area);
+  for (const RegionMesh& r : regions) {
+    report.add_doubt(r.unproven_place, surface.element_name(r.label),
+                     "the deviation could not be bounded", r.unproven_area);
+  }
+  if (samples.unproven_point == ArcSamples::kNone) return;
+  const ArcPoint& p = samples.points[samples.unproven_point];
+  doubt_at(p.x, p.y, "the deviation of a border could not be bounded",
+           samples.unproven_length * 2 * deviation);
+}
+
 }  // namespace diesink

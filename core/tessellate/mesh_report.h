@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
+#include "core/tessellate/arc_samples.h"
+#include "core/tessellate/region_mesh.h"
 #include "core/tessellate/tessellate.h"
 
 namespace diesink {
@@ -9,5 +13,11 @@ namespace diesink {
 // Areas, volume, bounds and per-element figures of a mesh made by assemble() or the plain grid.
 void fill_report(const CompoundSurface& surface, const Tessellation& tessellation, double floor,
                  TessellationReport& report);
+
+// What the arrangement, its arcs and the regions gave up: into uncertified_area and doubts.
+// `deviation`: how far off a chord may be, to either side, whose bound could not be shown.
+void add_doubts(const CompoundSurface& surface, const Arrangement& arrangement,
+                const ArcSamples& samples, const std::vector<RegionMesh>& regions, double deviation,
+                TessellationReport& report);
 
 }  // namespace diesink

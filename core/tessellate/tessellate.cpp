@@ -14,6 +14,7 @@
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
 #include "core/tessellate/last_check.h"
+#include "core/tessellate/mesh_report.h"
 #include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/seam.h"
@@ -192,40 +193,20 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
   if (!made) return made.error();
   TessellationReport& report = made->report;
   report.tolerance = tolerance;
-  const auto doubt = [&](const Vec3& place, const std::string& element, const char* what,
-                         double area) {
-    if (!(area > 0)) return;
-    report.uncertified_area += area;
-    if (grid) return;  // keeps its nodes, not the tolerance: no place is doubtful
-    ++report.doubt_count;
-    if (report.doubts.size() < TessellationReport::kMostDoubts)
-      report.doubts.push_back({place, element, what, area});
-  };
-  const Vec2& unordered = arrangement->uncertified_place;
-  const LineState there = surface.impl().evaluate(unordered.x(), unordered.y());
-  doubt({unordered.x(), unordered.y(), there.label == kNoLabel ? 0 : there.z},
-        there.label == kNoLabel ? "" : surface.element_name(there.label),
-        "what meets there cannot be told apart at the least distance",
-        arrangement->uncertified_area);
   report.certified_deviation = samples->largest_deviation;
   std::unordered_map<std::string, ElementReport*> by_name;
   for (ElementReport& e : report.elements) by_name.emplace(e.name, &e);
   for (const RegionMesh& r : regions) {
-    doubt(r.unproven_place, surface.element_name(r.label), "the deviation could not be bounded",
-          r.unproven_area);
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
     const auto element = by_name.find(surface.element_name(r.label));
     if (element == by_name.end()) continue;
     double& most = element->second->max_deviation;
     most = std::fmax(most, r.largest_deviation);
   }
-  if (samples->unproven_point != ArcSamples::kNone) {
-    const ArcPoint& p = samples->points[samples->unproven_point];
-    const LineState beside = surface.impl().evaluate(p.x, p.y);
-    doubt({p.x, p.y, beside.label == kNoLabel ? 0 : beside.z},
-          beside.label == kNoLabel ? "" : surface.element_name(beside.label),
-          "the deviation of a border could not be bounded",
-          samples->unproven_length * 2 * samples->largest_deviation);
+  add_doubts(surface, *arrangement, *samples, regions, samples->largest_deviation, report);
+  if (grid) {  // keeps its nodes, not the tolerance: no place of it is doubtful
+    report.doubts.clear();
+    report.doubt_count = 0;
   }
   last_check(surface, options.threads, *made);
   report.seconds_evaluate = evaluate;

@@ -77,6 +77,16 @@ struct TessellationReport {
   std::vector<MeshDoubt> doubts;  // the first kMostDoubts of them
   std::size_t doubt_count = 0;
   double seconds_evaluate = 0, seconds_tessellate = 0;
+
+  // Counts a place into uncertified_area, and names it where there are not too many; one without
+  // area is none.
+  void add_doubt(const Vec3& place, std::string element, std::string what, double area_there) {
+    if (!(area_there > 0)) return;
+    uncertified_area += area_there;
+    ++doubt_count;
+    if (doubts.size() < kMostDoubts)
+      doubts.push_back({place, std::move(element), std::move(what), area_there});
+  }
 };
 
 struct Tessellation {

@@ -18,6 +18,7 @@
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
 #include "core/tessellate/last_check.h"
+#include "core/tessellate/mesh_report.h"
 #include "core/tessellate/plain_grid.h"
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/scan_arcs.h"
@@ -269,13 +270,11 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   TessellationReport& report = made->report;
   report.tolerance = tolerance;
   report.crease_offset = crease_offset;
-  report.uncertified_area = arrangement->uncertified_area + sheet.unproven_area;
   report.certified_deviation = samples.largest_deviation;
   for (ElementReport& e : report.elements) {
     if (e.max_deviation > 0) e.max_deviation += moved;  // walls know their chords'
   }
   for (const RegionMesh& r : *regions) {
-    report.uncertified_area += r.unproven_area;
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
     const std::string name = surface.element_name(r.label);
     for (ElementReport& e : report.elements) {
@@ -283,8 +282,10 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     }
   }
   report.certified_deviation += moved;
+  add_doubts(surface, *arrangement, samples, *regions, report.certified_deviation, report);
+  // Of what has no place of its own.
   report.uncertified_area +=
-      (samples.unproven_length + arcs.unsolved_length) * 2 * report.certified_deviation;
+      sheet.unproven_area + arcs.unsolved_length * 2 * report.certified_deviation;
   last_check(original, options.threads, *made);
   report.seconds_evaluate = evaluate;
   report.seconds_tessellate = seconds_since(start);
