@@ -16,18 +16,26 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kDeepest = 4;  // halvings of a cell
 
-struct PlanRect {
-  double x0, x1, y0, y1;
-  [[nodiscard]] PlanRect wider(double by) const { return {x0 - by, x1 + by, y0 - by, y1 + by}; }
-  [[nodiscard]] Vec2 corner(std::size_t k) const {
-    return {(k & 1) != 0 ? x1 : x0, (k & 2) != 0 ? y1 : y0};
-  }
-};
+PlanBox wider(const PlanBox& b, double by) { return {b.x0 - by, b.x1 + by, b.y0 - by, b.y1 + by}; }
+
+Vec2 corner(const PlanBox& b, std::size_t k) {
+  return {(k & 1) != 0 ? b.x1 : b.x0, (k & 2) != 0 ? b.y1 : b.y0};
+}
+
+bool meet(const PlanBox& a, const PlanBox& b) {
+  return a.x0 <= b.x1 && a.x1 >= b.x0 && a.y0 <= b.y1 && a.y1 >= b.y0;
+}
 
 using Corners = std::array<Vec3, 3>;
 
+PlanBox box_over(const Corners& t) {
+  const auto [x0, x1] = std::minmax({t[0].x(), t[1].x(), t[2].x()});
+  const auto [y0, y1] = std::minmax({t[0].y(), t[1].y(), t[2].y()});
+  return {x0, x1, y0, y1};
+}
+
 // The corners of the mesh's part over the box; false where it does not cover all of it.
-bool part_over(const std::vector<Corners>& triangles, const PlanRect& box,
+bool part_over(const std::vector<Corners>& triangles, const PlanBox& box,
                std::vector<Vec3>& corners, std::vector<std::size_t>& met) {
   corners.clear();
   met.clear();
@@ -68,13 +76,13 @@ class Divider {
         deviation_(deviation),
         enough_(enough) {}
 
-  double bound(const PlanRect& box, int depth) {
+  double bound(const PlanBox& box, int depth) {
     double best = of_box(box);
     if (best <= enough_ || depth == kDeepest) return best;
     const double x = box.x0 + (box.x1 - box.x0) / 2, y = box.y0 + (box.y1 - box.y0) / 2;
     double parts = 0;
-    for (const PlanRect& part : {PlanRect{box.x0, x, box.y0, y}, PlanRect{x, box.x1, box.y0, y},
-                                 PlanRect{box.x0, x, y, box.y1}, PlanRect{x, box.x1, y, box.y1}}) {
+    for (const PlanBox& part : {PlanBox{box.x0, x, box.y0, y}, PlanBox{x, box.x1, box.y0, y},
+                                PlanBox{box.x0, x, y, box.y1}, PlanBox{x, box.x1, y, box.y1}}) {
       parts = std::max(parts, bound(part, depth + 1));
       if (!(parts < best)) return best;
     }
@@ -83,12 +91,12 @@ class Divider {
 
  private:
   // Planes of the triangles met, each let down until all of the part around is above it.
-  double of_box(const PlanRect& box) {
+  double of_box(const PlanBox& box) {
     constexpr std::size_t kPlanes = 8;
     double best = kInfinity;
     const double size = std::min(box.x1 - box.x0, box.y1 - box.y0);
     for (const double reach : {size, 0.0}) {
-      if (!part_over(triangles_, box.wider(reach), corners_, met_)) continue;
+      if (!part_over(triangles_, wider(box, reach), corners_, met_)) continue;
       const std::size_t step = std::max<std::size_t>(1, met_.size() / kPlanes);
       for (std::size_t k = 0; k < met_.size(); k += step) {
         const Corners& t = triangles_[met_[k]];
@@ -100,7 +108,7 @@ class Divider {
         for (const SweepMove& move : moves_) {
           double most = 0;
           for (std::size_t c = 0; c < 4 && most < best; ++c) {
-            const Vec2 at = box.corner(c);
+            const Vec2 at = corner(box, c);
             const double left = swept_height(cutter_, move, at.x(), at.y());
             most =
                 std::max(most, distance_to_plane(left - base - slope.dot(at), slope.norm(), reach) +
@@ -137,18 +145,32 @@ CellBounds::CellBounds(const CutterShape& cutter, const PlanLattice& lattice,
                                   part[cells_[c] + lattice.columns + 1]};
     const auto [low, high] = std::minmax_element(z.begin(), z.end());
     spread_.push_back(*high - *low + lattice.dx + lattice.dy);
-    const PlanRect box{lattice.x(i), lattice.x(i + 1), lattice.y(j), lattice.y(j + 1)};
+    const PlanBox box{lattice.x(i), lattice.x(i + 1), lattice.y(j), lattice.y(j + 1)};
     const auto [at, fresh] = tile_at.try_emplace(
         {std::lround((box.x0 - lattice.x0) / side), std::lround((box.y0 - lattice.y0) / side)},
         tiles_.size());
-    if (fresh) tiles_.push_back({box.x0, box.x1, box.y0, box.y1, {}});
-    Tile& tile = tiles_[at->second];
-    tile.x0 = std::min(tile.x0, box.x0);
-    tile.x1 = std::max(tile.x1, box.x1);
-    tile.y0 = std::min(tile.y0, box.y0);
-    tile.y1 = std::max(tile.y1, box.y1);
-    tile.cells.push_back(static_cast<std::uint32_t>(c));
+    if (fresh) {
+      tiles_.push_back(box);
+      cells_of_.emplace_back();
+    }
+    PlanBox& tile = tiles_[at->second];
+    tile = {std::min(tile.x0, box.x0), std::max(tile.x1, box.x1), std::min(tile.y0, box.y0),
+            std::max(tile.y1, box.y1)};
+    cells_of_[at->second].push_back(static_cast<std::uint32_t>(c));
   }
+  bins_.emplace(tiles_);
+}
+
+template <class BoxOf>
+std::vector<std::vector<std::uint32_t>> CellBounds::over_tiles(std::size_t count,
+                                                               const BoxOf& box_of) const {
+  std::vector<std::vector<std::uint32_t>> over(tiles_.size());
+  for (std::uint32_t k = 0; k < count; ++k) {
+    bins_->over(box_of(k), [&](std::uint32_t tile) {
+      if (over[tile].empty() || over[tile].back() != k) over[tile].push_back(k);
+    });
+  }
+  return over;
 }
 
 Vec2 CellBounds::sample(std::size_t cell, std::size_t k) const {
@@ -161,32 +183,27 @@ void CellBounds::add(std::span<const SweepMove> moves, int threads) {
   constexpr std::size_t kRun = 32;  // moves one after another lie close together
   const double R = cutter_.radius();
   const auto box_of = [R](std::span<const SweepMove> some) {
-    PlanRect box{kInfinity, -kInfinity, kInfinity, -kInfinity};
+    PlanBox box{kInfinity, -kInfinity, kInfinity, -kInfinity};
     for (const SweepMove& m : some) {
       box.x0 = std::min({box.x0, m.from.x(), m.to.x()});
       box.x1 = std::max({box.x1, m.from.x(), m.to.x()});
       box.y0 = std::min({box.y0, m.from.y(), m.to.y()});
       box.y1 = std::max({box.y1, m.from.y(), m.to.y()});
     }
-    return box.wider(R);
+    return wider(box, R);
   };
-  std::vector<PlanRect> runs;
-  for (std::size_t k = 0; k < moves.size(); k += kRun) {
-    runs.push_back(box_of(moves.subspan(k, std::min(kRun, moves.size() - k))));
-  }
+  const auto run = [&](std::size_t r) {
+    return moves.subspan(r * kRun, std::min(kRun, moves.size() - r * kRun));
+  };
+  const std::vector<std::vector<std::uint32_t>> runs_over =
+      over_tiles((moves.size() + kRun - 1) / kRun, [&](std::uint32_t r) { return box_of(run(r)); });
   parallel_blocks(tiles_.size(), 1, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t t = begin; t < end; ++t) {
-      const Tile& tile = tiles_[t];
-      const auto apart = [&](const PlanRect& box) {
-        return box.x0 > tile.x1 || box.x1 < tile.x0 || box.y0 > tile.y1 || box.y1 < tile.y0;
-      };
-      for (std::size_t r = 0; r < runs.size(); ++r) {
-        if (apart(runs[r])) continue;
-        for (std::size_t k = r * kRun; k < std::min((r + 1) * kRun, moves.size()); ++k) {
-          const SweepMove& m = moves[k];
-          if (apart(box_of({&m, 1}))) continue;
+      for (const std::uint32_t r : runs_over[t]) {
+        for (const SweepMove& m : run(r)) {
+          if (!meet(box_of({&m, 1}), tiles_[t])) continue;
           const double low = std::min(m.from.z(), m.to.z());
-          for (const std::uint32_t c : tile.cells) {
+          for (const std::uint32_t c : cells_of_[t]) {
             Kept& kept = kept_[c];
             constexpr std::size_t kMiddle = 4;
             if (low > kept.height[kMiddle] + spread_[c]) continue;
@@ -210,30 +227,26 @@ void CellBounds::add(std::span<const SweepMove> moves, int threads) {
 std::vector<double> CellBounds::bounds(const TriangleMesh& mesh, double deviation, double enough,
                                        int threads) const {
   std::vector<double> out(cells_.size(), kInfinity);
+  const double wide = std::max(lattice_.dx, lattice_.dy);
+  const auto corners_of = [&](std::uint32_t triangle) {
+    const auto& ids = mesh.triangles[triangle];
+    return Corners{mesh.positions[ids[0]], mesh.positions[ids[1]], mesh.positions[ids[2]]};
+  };
+  const std::vector<std::vector<std::uint32_t>> triangles_over = over_tiles(
+      mesh.triangles.size(),
+      [&](std::uint32_t triangle) { return wider(box_over(corners_of(triangle)), wide); });
   parallel_blocks(tiles_.size(), 1, threads, [&](std::size_t begin, std::size_t end, int) {
     std::vector<Corners> near, mine;
-    const auto meets = [](const Corners& t, const PlanRect& box) {
-      return std::max({t[0].x(), t[1].x(), t[2].x()}) >= box.x0 &&
-             std::min({t[0].x(), t[1].x(), t[2].x()}) <= box.x1 &&
-             std::max({t[0].y(), t[1].y(), t[2].y()}) >= box.y0 &&
-             std::min({t[0].y(), t[1].y(), t[2].y()}) <= box.y1;
-    };
     for (std::size_t t = begin; t < end; ++t) {
-      const Tile& tile = tiles_[t];
-      const double wide = std::max(lattice_.dx, lattice_.dy);
-      const PlanRect around = PlanRect{tile.x0, tile.x1, tile.y0, tile.y1}.wider(wide);
       near.clear();
-      for (const auto& ids : mesh.triangles) {
-        const Corners corners{mesh.positions[ids[0]], mesh.positions[ids[1]],
-                              mesh.positions[ids[2]]};
-        if (meets(corners, around)) near.push_back(corners);
-      }
-      for (const std::uint32_t c : tile.cells) {
+      for (const std::uint32_t triangle : triangles_over[t]) near.push_back(corners_of(triangle));
+      for (const std::uint32_t c : cells_of_[t]) {
         const Vec2 low = sample(c, 0), high = sample(c, kSamples - 1);
-        const PlanRect box{low.x(), high.x(), low.y(), high.y()};
+        const PlanBox box{low.x(), high.x(), low.y(), high.y()};
+        const PlanBox around = wider(box, wide);
         mine.clear();
         for (const Corners& corners : near) {
-          if (meets(corners, box.wider(wide))) mine.push_back(corners);
+          if (meet(box_over(corners), around)) mine.push_back(corners);
         }
         std::vector<SweepMove> moves;
         for (std::size_t s = 0; s < kSamples; ++s) {

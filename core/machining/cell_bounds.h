@@ -4,12 +4,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/machining/cutter.h"
 #include "core/machining/swept_heights.h"
 #include "core/mesh.h"
+#include "core/plan_bins.h"
 
 namespace diesink {
 
@@ -24,6 +26,8 @@ class CellBounds {
   // column. `part`: heights at the lattice's points. Needs: `part` outlives it.
   CellBounds(const CutterShape& cutter, const PlanLattice& lattice, const std::vector<double>& part,
              std::vector<std::size_t> cells);
+  CellBounds(const CellBounds&) = delete;
+  CellBounds& operator=(const CellBounds&) = delete;
 
   // Same result for any thread count and any division into pieces.
   void add(std::span<const SweepMove> moves, int threads);
@@ -40,18 +44,21 @@ class CellBounds {
     std::array<SweepMove, kSamples> move;
     std::array<double, kSamples> height;
   };
-  struct Tile {
-    double x0, x1, y0, y1;
-    std::vector<std::uint32_t> cells;  // places in cells_
-  };
   [[nodiscard]] Vec2 sample(std::size_t cell, std::size_t k) const;
+  // What reaches into each tile, of `count` boxes: ascending numbers.
+  template <class BoxOf>
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> over_tiles(std::size_t count,
+                                                                   const BoxOf& box_of) const;
 
   CutterShape cutter_;
   PlanLattice lattice_;
   std::vector<std::size_t> cells_;
   std::vector<double> spread_;  // a move so much higher in a cell's middle is passed over
   std::vector<Kept> kept_;
-  std::vector<Tile> tiles_;
+  // Cells that lie close together are looked at together.
+  std::vector<PlanBox> tiles_;
+  std::vector<std::vector<std::uint32_t>> cells_of_;  // of each tile: places in cells_
+  std::optional<PlanBins> bins_;                      // of the tiles
 };
 
 }  // namespace diesink

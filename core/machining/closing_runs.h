@@ -8,9 +8,12 @@
 
 namespace diesink {
 
-// Of a radius, the spacing of the lattice; of what may stay, what is called out, so that a little
-// is left for between the lattice's points.
-inline constexpr double kLatticePart = 32, kCallPart = 0.8;
+// Of a radius, the spacing of the lattice.
+inline constexpr double kLatticePart = 32;
+
+// Of what may stay: a little less is called out, for what is between the lattice's points, and
+// half of it makes a cutter one that is of use.
+inline LeftOverLimits left_over_limits(double limit) { return {0.8 * limit, limit, 0.5 * limit}; }
 
 struct ClosingOptions {
   double below = 0;  // no move dips deeper under the lowest safe height

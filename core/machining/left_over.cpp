@@ -21,9 +21,7 @@ constexpr int kEdgeParts = 4;
 constexpr double kEdgeCosine = 0.995;
 // Heights further apart than slopes explain, in spacings: there is a wall between.
 constexpr double kWallHeight = 0.5;
-// A cutter that may not come closer than this part of the limit is of use still.
-constexpr double kFitPart = 0.5;
-constexpr double kLeastCosine = 0.05;
+constexpr double kLeastCosine = 0.05;  // of normals, where a height is divided by it
 // A run goes on over so many columns.
 constexpr std::size_t kGap = 4;
 
@@ -180,24 +178,6 @@ void LeftOver::cut(const Vec3& from, const Vec3& to) {
   if (waiting_.size() >= kMovesATime) flush();
 }
 
-void LeftOver::flush() {
-  if (waiting_.empty()) return;
-  const double R = cutter_.radius();
-  parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
-    const double low = y(begin), high = y(end);
-    for (const Move& move : waiting_) {
-      const double y0 = std::min(move.from.y(), move.to.y()) - R;
-      const double y1 = std::max(move.from.y(), move.to.y()) + R;
-      if (y0 > high || y1 < low) continue;
-      for (std::size_t j = begin; j < end; ++j) {
-        if (y(j) >= y0 && y(j) <= y1) cut_row(j, move);
-        if (j + 1 < rows_ && y(j + 1) >= y0 && y(j) <= y1) cut_band(j, move);
-      }
-    }
-  });
-  waiting_.clear();
-}
-
 // A move as points beside it see it.
 struct LeftOver::PassedMove {
   explicit PassedMove(const Move& move)
@@ -234,8 +214,26 @@ struct LeftOver::PassedMove {
   double length, low = 0, slope = 0, z = 0;
 };
 
-void LeftOver::cut_row(std::size_t j, const Move& given) {
-  const PassedMove move(given);
+void LeftOver::flush() {
+  if (waiting_.empty()) return;
+  const double R = cutter_.radius();
+  parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
+    const double low = y(begin), high = y(end);
+    for (const Move& move : waiting_) {
+      const double y0 = std::min(move.from.y(), move.to.y()) - R;
+      const double y1 = std::max(move.from.y(), move.to.y()) + R;
+      if (y0 > high || y1 < low) continue;
+      const PassedMove passed(move);
+      for (std::size_t j = begin; j < end; ++j) {
+        if (y(j) >= y0 && y(j) <= y1) cut_row(j, passed);
+        if (j + 1 < rows_ && y(j + 1) >= y0 && y(j) <= y1) cut_band(j, passed);
+      }
+    }
+  });
+  waiting_.clear();
+}
+
+void LeftOver::cut_row(std::size_t j, const PassedMove& move) {
   const double R = cutter_.radius();
   const auto [xa, xb] = move.over(y(j) - R, y(j) + R);
   const double first = std::ceil((xa - R - x0_) / step_);
@@ -247,7 +245,7 @@ void LeftOver::cut_row(std::size_t j, const Move& given) {
   }
 }
 
-void LeftOver::cut_band(std::size_t j, const Move& given) {
+void LeftOver::cut_band(std::size_t j, const PassedMove& move) {
   const auto band = [&](double at, std::size_t from) {
     return static_cast<std::size_t>(
         std::lower_bound(between_.x.begin() + static_cast<std::ptrdiff_t>(from),
@@ -256,7 +254,6 @@ void LeftOver::cut_band(std::size_t j, const Move& given) {
         between_.x.begin());
   };
   if (between_.begin[j] == between_.begin[j + 1]) return;
-  const PassedMove move(given);
   const double R = cutter_.radius();
   const auto [xa, xb] = move.over(y(j) - R, y(j + 1) + R);
   for (std::size_t k = band(xa - R, between_.begin[j]); k < between_.begin[j + 1]; ++k) {
@@ -283,7 +280,7 @@ bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
     const Span inside = domain_.pass(at.y());
     // Up the axis: along the normal a steep surface leaves less than that.
     const double nz = std::max(static_cast<double>(points.nz[k]), kLeastCosine);
-    const double allowed = at.z() + std::max(limits_.touch, kFitPart * limits_.limit / nz);
+    const double allowed = at.z() + limits_.fits / nz;
     const bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() && at.x() >= inside.x0 &&
                      at.x() <= inside.x1 &&
                      drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity)) <= allowed;

@@ -17,7 +17,7 @@ namespace diesink {
 struct LeftOverLimits {
   double call = 0;   // what may stay, along the normal, before a place is called out
   double limit = 0;  // what may stay in the end; at least `call`
-  double touch = 0;  // a cutter on the point that meets no more than this of the part fits there
+  double fits = 0;   // a cutter fits that comes as close, along the normal, as this
 };
 
 class LeftOver {
@@ -72,8 +72,8 @@ class LeftOver {
   [[nodiscard]] std::array<int, 2> parts_of(std::size_t i, std::size_t j) const;
   [[nodiscard]] double own_area(std::size_t k) const;
   void flush();
-  void cut_row(std::size_t j, const Move& move);
-  void cut_band(std::size_t j, const Move& move);
+  void cut_row(std::size_t j, const PassedMove& move);
+  void cut_band(std::size_t j, const PassedMove& move);
   // What stays at a point along the normal; 0 where nothing is asked of it.
   [[nodiscard]] static double stays(const Points& points, std::size_t k);
   [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;

@@ -176,7 +176,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
     const double limit = options.outtol + *options.cusp;
     frame.emplace(offset, domain);
     left.emplace(surface, offset, drop, *real, *frame,
-                 LeftOverLimits{kCallPart * limit, limit, limit / 8 + 2 * deviation},
+                 left_over_limits(limit),
                  real->radius() / kLatticePart, options.threads);
     stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
   }

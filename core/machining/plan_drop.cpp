@@ -279,7 +279,7 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   std::optional<LeftOver> left;
   if (drop && surface != nullptr && real->corner() < limit) {
     left.emplace(*surface, offset, *drop, *real, frame,
-                 LeftOverLimits{kCallPart * limit, limit, limit / 8 + 2 * deviation},
+                 left_over_limits(limit),
                  real->radius() / kLatticePart, options.threads);
     stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
   }
