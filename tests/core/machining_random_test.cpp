@@ -109,6 +109,15 @@ void plan_and_verify(std::uint64_t seed, Base base, PathMethod method) {
       << "excess, seed " << seed << " at " << found->max_excess_at.transpose();
 }
 
+PathOptions path_options(PathMethod method, const Cutter& cutter, double cusp, double tolerance) {
+  PathOptions options;
+  options.method = method;
+  options.cutter = cutter;
+  options.cusp = cusp;
+  options.intol = options.outtol = tolerance;
+  return options;
+}
+
 // Of a fixture with all round its walls and concave edges.
 VerifyReport checked_fixture(const char* name, const PathOptions& options, PathReport& told) {
   const CompoundSurface surface = test::fixture(name);
@@ -130,11 +139,7 @@ VerifyReport checked_fixture(const char* name, const PathOptions& options, PathR
 
 // Contacts of two passes tell nothing of the ground beside a concave edge that runs between them.
 TEST(LeftOver, ContactsLeaveNothingBesideConcaveEdges) {
-  PathOptions options;
-  options.method = PathMethod::kCc;
-  options.cutter = {8, 4};
-  options.cusp = 0.05;
-  options.intol = options.outtol = 0.01;
+  const PathOptions options = path_options(PathMethod::kCc, {8, 4}, 0.05, 0.01);
   PathReport told;
   const VerifyReport found = checked_fixture("spheres", options, told);
   EXPECT_LE(found.max_gouge, 0.01);
@@ -145,11 +150,7 @@ TEST(LeftOver, ContactsLeaveNothingBesideConcaveEdges) {
 
 // Beside the steep side of a cone cusps stand closer than the lattice's points in plan.
 TEST(LeftOver, ContactsLeaveNothingOnSteepSides) {
-  PathOptions options;
-  options.method = PathMethod::kCc;
-  options.cutter = {6, 3};
-  options.cusp = 0.01;
-  options.intol = options.outtol = 0.02;
+  const PathOptions options = path_options(PathMethod::kCc, {6, 3}, 0.01, 0.02);
   PathReport told;
   const VerifyReport found = checked_fixture("fig6", options, told);
   EXPECT_LE(found.max_gouge, 0.02);
@@ -160,10 +161,7 @@ TEST(LeftOver, ContactsLeaveNothingOnSteepSides) {
 // Runs put in between passes are joined along the surface, nearest first, and not over the
 // clearance plane.
 TEST(RunOrder, FewRetractsAndShortLinks) {
-  PathOptions options;
-  options.cutter = {6, 3};
-  options.cusp = 0.01;
-  options.intol = options.outtol = 0.02;
+  const PathOptions options = path_options(PathMethod::kDrop, {6, 3}, 0.01, 0.02);
   const PlannedPath planned = plan_path(test::fixture("fig6"), options).value();
   EXPECT_GT(planned.report.added_runs, 300u);
   std::size_t retracts = 0;
@@ -182,11 +180,7 @@ TEST(RunOrder, FewRetractsAndShortLinks) {
 // the way out of the cutter.
 TEST(LeftOver, FlatEndsLeaveNothingThatIsNotTold) {
   for (const PathMethod method : {PathMethod::kDrop, PathMethod::kCc}) {
-    PathOptions options;
-    options.method = method;
-    options.cutter = {6, 0};
-    options.cusp = 0.1;
-    options.intol = options.outtol = 0.02;
+    const PathOptions options = path_options(method, {6, 0}, 0.1, 0.02);
     PathReport told;
     const VerifyReport found = checked_fixture("fig6", options, told);
     EXPECT_LE(found.max_gouge, 0.02);

@@ -21,6 +21,7 @@
 #include "formats/registry.h"
 #include "formats/stl.h"
 #include "tests/support/die_mesh.h"
+#include "tests/support/temp_path.h"
 
 namespace diesink {
 namespace {
@@ -30,8 +31,7 @@ namespace fs = std::filesystem;
 class ByteSourceTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    path_ = ::testing::TempDir() + "diesink-pieces-" + std::to_string(::getpid()) + "-" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".stl";
+    path_ = test::temp_path("pieces") + ".stl";
     // More facets than are read at a time.
     const Result<WrittenMesh> written = kStl.write(test::die_mesh(60, 6, 1), {});
     ASSERT_TRUE(written);

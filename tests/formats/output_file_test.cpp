@@ -17,6 +17,7 @@
 #include "formats/input_file.h"
 #include "formats/mesh_file.h"
 #include "tests/support/random_mesh.h"
+#include "tests/support/temp_path.h"
 
 namespace diesink {
 namespace {
@@ -26,8 +27,7 @@ namespace fs = std::filesystem;
 class OutputFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = ::testing::TempDir() + "diesink-output-" + std::to_string(::getpid()) + "-" +
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    folder_ = test::temp_path("output");
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }

@@ -13,14 +13,14 @@
 
 #include "formats/registry.h"
 #include "tests/support/mesh_signature.h"
+#include "tests/support/temp_path.h"
 
 namespace diesink::testing {
 
 // A folder for what stands beside a file.
 class RoundTripFolder {
  public:
-  RoundTripFolder()
-      : path_(::testing::TempDir() + "diesink-round-trip-" + std::to_string(::getpid())) {
+  RoundTripFolder() : path_(test::temp_path("round-trip")) {
     std::filesystem::create_directories(path_);
   }
   RoundTripFolder(const RoundTripFolder&) = delete;

@@ -14,6 +14,7 @@
 #include "formats/mesh_file.h"
 #include "tests/support/die_mesh.h"
 #include "tests/support/random_mesh.h"
+#include "tests/support/temp_path.h"
 
 namespace diesink::testing {
 
@@ -29,8 +30,7 @@ inline std::vector<TriangleMesh> meshes_for_second_readers() {
 // A folder that goes with the object.
 class SecondReaderFolder {
  public:
-  SecondReaderFolder()
-      : path_(::testing::TempDir() + "diesink-second-" + std::to_string(::getpid())) {
+  SecondReaderFolder() : path_(test::temp_path("second")) {
     std::filesystem::create_directories(path_);
   }
   SecondReaderFolder(const SecondReaderFolder&) = delete;
