@@ -11,7 +11,7 @@
 
 #include "core/base/exact_plan.h"
 #include "core/base/scanned_border.h"
-#include "core/mesh_tools/vertex_table.h"
+#include "core/mesh_tools/weld.h"
 #include "core/tessellate/planar_triangulation.h"
 
 namespace diesink {
@@ -293,15 +293,9 @@ ScanFill fill_holes(std::vector<Vec3>& positions, std::vector<Triangle>& triangl
   // Equal positions count as one vertex, whatever the file says: the first of them.
   std::vector<Triangle> welded(triangles.size());
   {
-    VertexTable table(positions.size() / 2);
-    std::vector<std::uint32_t> first_at, first(positions.size());
-    for (std::uint32_t v = 0; v < positions.size(); ++v) {
-      const std::uint32_t at = table.add(positions[v]);
-      if (at == first_at.size()) first_at.push_back(v);
-      first[v] = first_at[at];
-    }
+    const WeldMap map = weld_map(positions);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) welded[t][k] = first[triangles[t][k]];
+      for (std::size_t k = 0; k < 3; ++k) welded[t][k] = map.kept[map.of_vertex[triangles[t][k]]];
     }
   }
   const std::vector<Loop> loops = loops_of(positions, plan_border(positions, welded));

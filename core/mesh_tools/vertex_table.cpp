@@ -70,20 +70,4 @@ std::uint32_t VertexTable::find(const Vec3& position) const {
   return kAbsent;
 }
 
-void VertexTable::add(std::span<const Vec3> positions, std::span<std::uint32_t> indices) {
-  assert(positions.size() == indices.size() && positions.size() <= kBatch);
-  std::array<std::uint64_t, kBatch> hashes{};
-  std::array<Vec3, kBatch> points;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    points[i] = positions[i] + Vec3::Zero();
-    hashes[i] = hash_of(points[i]);
-    __builtin_prefetch(&slots_[static_cast<std::size_t>(hashes[i]) & mask_]);
-  }
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Slot& slot = slots_[static_cast<std::size_t>(hashes[i]) & mask_];
-    if (slot.index != kAbsent) __builtin_prefetch(&positions_[slot.index]);
-  }
-  for (std::size_t i = 0; i < positions.size(); ++i) indices[i] = find_or_add(points[i], hashes[i]);
-}
-
 }  // namespace diesink

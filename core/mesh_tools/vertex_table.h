@@ -1,10 +1,9 @@
-// Finds equal positions: the exact weld of facets that share no vertices.
+// Finds positions again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/vec.h"
@@ -21,18 +20,11 @@ class VertexTable {
 
   std::uint32_t add(const Vec3& position);
 
-  // The same for many at once, which hides the memory's latency.
-  // Shape: indices.size() == positions.size(), at most kBatch.
-  static constexpr std::size_t kBatch = 48;
-  void add(std::span<const Vec3> positions, std::span<std::uint32_t> indices);
-
   // The index of a position that is there, kAbsent of one that is not.
   static constexpr std::uint32_t kAbsent = 0xFFFFFFFFU;
   [[nodiscard]] std::uint32_t find(const Vec3& position) const;
 
   [[nodiscard]] std::size_t size() const { return positions_.size(); }
-  // The positions found, by index; the table is empty afterwards.
-  std::vector<Vec3> take() { return std::move(positions_); }
 
  private:
   struct Slot {

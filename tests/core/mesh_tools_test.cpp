@@ -35,31 +35,35 @@ TriangleMesh soup(const TriangleMesh& mesh) {
   return apart;
 }
 
-TEST(VertexTable, AgreesWithAnOrderedMap) {
+// Few different values, many repeats, zeros of both signs; or so many that tables grow.
+TEST(EqualPositions, AreNumberedAsInAnOrderedMap) {
   std::mt19937_64 random(1);
-  VertexTable table(1);
-  std::map<std::array<double, 3>, std::uint32_t> known;
-  std::vector<Vec3> batch;
-  for (int round = 0; round < 400; ++round) {
-    batch.clear();
-    for (std::size_t i = 0; i < 1 + random() % VertexTable::kBatch; ++i) {
-      // Few different values: many repeats, and zeros of both signs.
+  for (const std::uint64_t values : {21, 201}) {
+    std::vector<Vec3> positions(10'000);
+    for (Vec3& p : positions) {
       const auto value = [&] {
-        return static_cast<double>(static_cast<int>(random() % 21) - 10) * -0.125;
+        const auto number = static_cast<std::int64_t>(random() % values);
+        return static_cast<double>(number - static_cast<std::int64_t>(values / 2)) * -0.125;
       };
-      batch.emplace_back(value(), value(), value());
+      p = Vec3(value(), value(), value());
     }
-    std::vector<std::uint32_t> numbers(batch.size());
-    table.add(batch, numbers);
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      const std::array key{batch[i].x() + 0.0, batch[i].y() + 0.0, batch[i].z() + 0.0};
-      const auto [at, is_new] = known.emplace(key, static_cast<std::uint32_t>(known.size()));
-      EXPECT_EQ(numbers[i], at->second);
-      EXPECT_EQ(table.find(batch[i]), at->second);
+    VertexTable table(1);
+    const WeldMap map = weld_map(positions);
+    std::map<std::array<double, 3>, std::uint32_t> known;
+    std::vector<std::uint32_t> first;
+    for (std::uint32_t v = 0; v < positions.size(); ++v) {
+      const Vec3& p = positions[v];
+      const auto [at, is_new] = known.emplace(std::array{p.x() + 0.0, p.y() + 0.0, p.z() + 0.0},
+                                              static_cast<std::uint32_t>(known.size()));
+      if (is_new) first.push_back(v);
+      EXPECT_EQ(table.add(p), at->second);
+      EXPECT_EQ(table.find(p), at->second);
+      EXPECT_EQ(map.of_vertex[v], at->second);
     }
+    EXPECT_EQ(table.size(), known.size());
+    EXPECT_EQ(map.kept, first);
+    EXPECT_EQ(table.find(Vec3(100, 0, 0)), VertexTable::kAbsent);
   }
-  EXPECT_EQ(table.size(), known.size());
-  EXPECT_EQ(table.find(Vec3(100, 0, 0)), VertexTable::kAbsent);
 }
 
 // Whatever the number of threads, the waves and the growth of the tables.
