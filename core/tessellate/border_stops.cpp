@@ -164,7 +164,7 @@ std::vector<BorderStop> StopFinder::find() {
   }
   for (std::uint8_t k = 0; k < 4; ++k) single.push_back(stop_at_corner(k));
   const auto earlier = [](const BorderStop& a, const BorderStop& b) { return a.along < b.along; };
-  std::ranges::stable_sort(single, earlier);
+  std::stable_sort(single.begin(), single.end(), earlier);
   // (On a cut between tiles nothing moves: the other tile does not know.)
   const double near = kNear * surface_.size, round = 2 * (width() + height());
   const auto is_near = [&](const BorderStop& a, const BorderStop& b) {
@@ -175,7 +175,8 @@ std::vector<BorderStop> StopFinder::find() {
   const std::size_t n = single.size();
   std::size_t start = 0;
   while (start < n && is_near(single[(start + n - 1) % n], single[start])) ++start;
-  std::ranges::rotate(single, single.begin() + static_cast<std::ptrdiff_t>(start % n));
+  std::rotate(single.begin(), single.begin() + static_cast<std::ptrdiff_t>(start % n),
+              single.end());
   std::vector<BorderStop> stops, group;
   for (BorderStop& stop : single) {
     if (!group.empty() && !is_near(group.back(), stop)) {
@@ -185,7 +186,7 @@ std::vector<BorderStop> StopFinder::find() {
     group.push_back(std::move(stop));
   }
   stops.push_back(join(group));
-  std::ranges::stable_sort(stops, earlier);
+  std::stable_sort(stops.begin(), stops.end(), earlier);
   return stops;
 }
 
