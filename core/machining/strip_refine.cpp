@@ -168,15 +168,22 @@ double StripRefiner::left_at(const RowPosition& from, const RowContacts& to, dou
                              const RowContacts* middle, Worst& worst) const {
   const CutterShape& cutter = offset_->cutter();
   const std::optional<RowPosition> across = to.at(from.x);
+  const auto outside = [&](double y) {
+    const Span inside = domain_->pass(y);
+    return from.x < inside.x0 || from.x > inside.x1;
+  };
   if (!across) {
     // The surface ends, a radius before that row or farther. The rim is rolled about from here; the
     // ground up to it is touched at most so far from here:
-    const double reach = std::fabs(dy) - cutter.radius() + std::copysign(1.0, dy) * from.away.y();
+    const bool nearer = middle != nullptr && !middle->at(from.x);
+    // Or the domain does, on one of its sides, which are cut along.
+    if (nearer && (outside(to.y()) || outside(middle->y()))) return 0;
+    const double empty = nearer ? middle->y() - (to.y() - dy) : dy;
+    const double reach =
+        std::fabs(empty) - cutter.radius() + std::copysign(1.0, dy) * from.away.y();
     if (from.border || !(reach > 0)) return 0;
     const double left = left_by_one(cutter, from, std::copysign(reach, dy));
-    if (left <= limit_) return left;
-    if (middle != nullptr && !middle->at(from.x)) return 0;
-    if (left > worst.left) worst = {left, to.y() - dy / 2};
+    if (left > limit_ && left > worst.left) worst = {left, to.y() - dy + empty / 2};
     return left;
   }
   double best = kInfinity;
@@ -314,7 +321,6 @@ void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
       const Stretch inside{std::max(run.x0, row_span.x0), std::min(run.x1, row_span.x1)};
       if (inside.x0 < inside.x1) slice_row(*offset_, near_, y, inside, chord_, profile);
     }
-    if (profile.empty()) continue;  // outside the domain
     UpperEnvelope().take(profile);
     const RowContacts middle(*offset_, y, std::move(profile));
     Worst still;
@@ -322,7 +328,7 @@ void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
     if (needed.empty()) continue;
     AddedRow row{y, clipped(middle.profile(), padded(needed, margin_))};
     const RowContacts cut(*offset_, row.y, row.profile);
-    out.push_back(std::move(row));
+    if (!row.profile.empty()) out.push_back(std::move(row));
     refine(a, cut, items, needed, depth + 1, out);
     refine(cut, b, items, needed, depth + 1, out);
     return;

@@ -216,13 +216,15 @@ TEST(RandomParts, NorOnAScan) {
   plan_and_verify(40, Base::kScan, PathMethod::kCc);
 }
 
-// Where the foot of a wall stands on a steep face (6, 12), the surface ends on one (15), passes end
-// at a slant (7, 27).
+// Where the foot of a wall stands on a steep face (6, 12), the surface ends on one (15; 100018: in
+// the middle between two rows), passes end at a slant (7, 27).
 TEST(RandomParts, NothingStaysBesideWallsRimsAndSides) {
   for (const std::uint64_t seed : {6, 12, 7}) {
     plan_and_verify(seed, Base::kFerguson, PathMethod::kDrop);
   }
-  for (const std::uint64_t seed : {15, 7}) plan_and_verify(seed, Base::kNone, PathMethod::kDrop);
+  for (const std::uint64_t seed : {15, 7, 100018}) {
+    plan_and_verify(seed, Base::kNone, PathMethod::kDrop);
+  }
   plan_and_verify(27, Base::kPlane, PathMethod::kDrop);
 }
 
