@@ -86,9 +86,18 @@ double ArcSamples::bound_of(std::uint32_t a, double t, const ArcPoint& p, const 
   if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return 0;
   const CurvePair pair{solver_.implicit(curve.first), solver_.implicit(curve.second)};
   Label own = arc.left;
-  if (own == kNoLabel || !(solver_.ref_of(own) == curve.first)) own = arc.right;
+  if (own == kNoLabel || !curve.is_height_of(solver_.ref_of(own))) own = arc.right;
   if (own == kNoLabel) own = arc.left;
-  if (curve.type == CurveType::kMeet) return chord_deviation(pair, lifted(p, own), lifted(q, own));
+  if (curve.type == CurveType::kMeet) {
+    const double lateral = chord_deviation(pair, lifted(p, own), lifted(q, own));
+    double most = lateral;
+    for (const Label label : {arc.left, arc.right}) {
+      if (label != kNoLabel && label != own && z_of(p, label) != z_of(p, own) &&
+          !curve.is_height_of(solver_.ref_of(label)))
+        most = std::fmax(most, beside(lateral, label, p, q, curve));
+    }
+    return most;
+  }
   // The curve itself, at the body's own height even where that is hidden.
   Vec3 c0(p.x, p.y, 0), c1(q.x, q.y, 0);
   if (solver_.ref_of(own) == curve.first) {

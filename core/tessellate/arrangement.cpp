@@ -389,7 +389,7 @@ bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const Plan
   if (curve.type == CurveType::kOutline) {
     if (!outline_on_line(surface, middle, across, t, z)) return false;
   } else if (curve.type == CurveType::kMeet) {
-    const Label own = left != kNoLabel && solver.ref_of(left) == curve.first ? left : right;
+    const Label own = left != kNoLabel && curve.is_height_of(solver.ref_of(left)) ? left : right;
     const double za = height_at(a, own, 0);
     z = za + s * (height_at(b, own, za) - za);
   } else {
@@ -404,15 +404,15 @@ bool point_on_stretch(const Impl& surface, const CurveSolver& solver, const Plan
   for (const Label label : {left, right}) {
     if (label == kNoLabel) continue;
     double own = z;
-    const bool on_curve = curve.type == CurveType::kMeet || solver.ref_of(label) == curve.first;
+    const bool on_curve = curve.is_height_of(solver.ref_of(label));
     if (!on_curve && !solver.height(label, node.x, node.y, own)) own = height_at(a, label, z);
     node.heights.push_back({label, own});
   }
   if (node.heights.size() == 2) {  // a wall too low to be one
     LabelHeight &l = node.heights[0], &r = node.heights[1];
     if (std::fabs(l.z - r.z) <= 1e-9 * surface.size) {
-      (solver.ref_of(l.label) == curve.first ? r.z : l.z) =
-          solver.ref_of(l.label) == curve.first ? l.z : r.z;
+      const bool left_is = curve.is_height_of(solver.ref_of(l.label));
+      (left_is ? r.z : l.z) = left_is ? l.z : r.z;
     }
   }
   return true;

@@ -109,19 +109,16 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
   node.y = at.y();
   node.solved = one != nullptr || vertex != nullptr;
   const double close = 1e-9 * surface_.size;
-  const auto lies_on = [](const PlanCurve& c, const SurfaceRef& r) {
-    return c.first == r || (c.type == CurveType::kMeet && c.second == r);
-  };
   for (const Item& item : items) {
     const Label label = item.after;
     if (label == kNoLabel) continue;
     const SurfaceRef ref = solver_.ref_of(label);
     double z = 0;
     bool known = false;
-    if (one != nullptr && lies_on(*one, ref)) {
+    if (one != nullptr && one->is_height_of(ref)) {
       z = z1;
       known = true;
-    } else if (two != nullptr && lies_on(*two, ref)) {
+    } else if (two != nullptr && two->is_height_of(ref)) {
       z = z2;
       known = true;
     } else {
@@ -136,7 +133,7 @@ std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2&
     // corner's curves were solved for, unless both are ends of bodies, which ask for no height.)
     const bool solved_for = known && one != nullptr &&
                             (one->type == CurveType::kMeet || two->type == CurveType::kMeet) &&
-                            (lies_on(*one, ref) || lies_on(*two, ref));
+                            (one->is_height_of(ref) || two->is_height_of(ref));
     double zs = 0;
     if (!solved_for && solver_.silhouette_height(label, at.x(), at.y(), zs) &&
         (!known || std::fabs(zs - z) <= 1e-6 * surface_.size)) {
@@ -202,8 +199,7 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     for (const Item& item : items) {
       if (item.after == kNoLabel) continue;
       const SurfaceRef ref = solver_.ref_of(item.after);
-      const bool on = curve.first == ref || (curve.type == CurveType::kMeet && curve.second == ref);
-      if (on && !solver_.on_sheet(item.after, p, z)) return false;
+      if (curve.is_height_of(ref) && !solver_.on_sheet(item.after, p, z)) return false;
     }
     return true;
   };

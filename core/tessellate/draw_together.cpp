@@ -498,17 +498,14 @@ void Tidier::settle(std::uint32_t corner) {
       Vec2 p = at(corner);
       double z1 = height_on(one), z2 = height_on(two);
       if (!solver_.corner(one, two, p, z1, z2) || (p - at(corner)).norm() > reach) continue;
-      const auto lies_on = [](const PlanCurve& c, const SurfaceRef& r) {
-        return c.first == r || (c.type == CurveType::kMeet && c.second == r);
-      };
       std::vector<LabelHeight> heights = graph_.nodes[corner].heights;
       bool seen = true;
       for (LabelHeight& h : heights) {
         const SurfaceRef ref = solver_.ref_of(h.label);
         double z = 0;
-        if (lies_on(one, ref)) {
+        if (one.is_height_of(ref)) {
           h.z = z1;
-        } else if (lies_on(two, ref)) {
+        } else if (two.is_height_of(ref)) {
           h.z = z2;
         } else if (solver_.height(h.label, p.x(), p.y(), z)) {
           h.z = z;

@@ -15,6 +15,7 @@
 #include "core/geometry.h"
 #include "core/parallel.h"
 #include "core/tessellate/arrangement.h"
+#include "core/tessellate/curve_check.h"
 
 namespace diesink {
 namespace {
@@ -461,6 +462,7 @@ void LastCheck::check_bodies() {
 
 void last_check(const CompoundSurface& surface, int threads, Tessellation& made) {
   LastCheck(surface, threads, made).run();
+  check_curves(surface, made);
 }
 
 }  // namespace diesink

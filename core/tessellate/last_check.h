@@ -9,8 +9,9 @@ namespace diesink {
 // Looks at every triangle that claims to be a face: it has area, it looks up, and the surface at
 // points of it, found by evaluation alone, is within max(tolerance, certified_deviation) and shows
 // the triangle's element within that distance. Points of every body's shadow are looked up in the
-// mesh as well, so that a face that was lost is missed. What does not hold goes into
-// report.uncertified_area with its plan area, and into report.doubts; the mesh stays as it is.
+// mesh as well, so that a face that was lost is missed, and curves have to lie on their faces
+// (curve_check.h). What does not hold goes into report.uncertified_area with its plan area, and
+// into report.doubts; the mesh stays as it is.
 // Units:  the program's.
 // Needs:  `made` complete but for this.
 // Bound:  no proof: a face lost between the points is not seen. Points are no farther apart than

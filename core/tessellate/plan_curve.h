@@ -45,6 +45,11 @@ struct PlanCurve {
            ((first == other.first && second == other.second) ||
             (first == other.second && second == other.first));
   }
+  // Whether a face that has `ref` has the curve's own height. (Two paths that cannot be told apart
+  // become one with the curve of either: its labels need not be the curve's.)
+  [[nodiscard]] bool is_height_of(const SurfaceRef& ref) const {
+    return first == ref || (type == CurveType::kMeet && second == ref);
+  }
 };
 
 // A point of a curve: plan position and the height of the curve there (of the ending face, for a

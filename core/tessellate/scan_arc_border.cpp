@@ -1,5 +1,7 @@
 // Arcs at the border of the sheet.
 // SPDX-License-Identifier: Apache-2.0
+#include <numbers>
+
 #include "core/tessellate/scan_arc_cutter.h"
 
 namespace diesink {
@@ -207,8 +209,7 @@ void ArcCutter::solve_border_corners() {
       for (LabelHeight& h : node_here.heights) {
         if (is_base(surface_, h.label)) {
           h.z = u.z() + t * (v.z() - u.z());
-        } else if (solver_.ref_of(h.label) == curve.first ||
-                   (curve.type == CurveType::kMeet && solver_.ref_of(h.label) == curve.second)) {
+        } else if (curve.is_height_of(solver_.ref_of(h.label))) {
           h.z = z;
         } else {
           solver_.height(h.label, node_here.x, node_here.y, h.z);
@@ -219,6 +220,169 @@ void ArcCutter::solve_border_corners() {
           if (std::fabs(h.z - g.z) <= 1e-9 * surface_.size) h.z = g.z;
         }
       }
+    }
+  }
+}
+
+// Nodes at one vertex of the sheet are one node.
+void ArcCutter::join_at_vertices() {
+  for (PlanArc& arc : arrangement_.arcs) {
+    for (std::uint32_t& n : arc.nodes) {
+      if (out_.place[n].kind != ScanPlace::Kind::kVertex) continue;
+      const std::uint32_t kept = out_.node_at[out_.place[n].id];
+      if (kept == n) continue;
+      for (const LabelHeight& h : node(n).heights) {
+        if (std::isnan(height_in(kept, h.label, std::numeric_limits<double>::quiet_NaN())))
+          node(kept).heights.push_back(h);
+      }
+      node(kept).corner = node(kept).corner || node(n).corner;
+      n = kept;
+    }
+  }
+}
+
+// Where the rim of a hole touches another or the border of the domain in a vertex of the sheet, the
+// arrangement has seen no junction. All arcs end there, so that what goes apart at it is told. (Not
+// on cuts between tiles: the tile beyond closes the way round.)
+void ArcCutter::part_at_shared_nodes() {
+  std::vector<char> used(arrangement_.arcs.size(), 0);
+  for (const PlanRegion& region : arrangement_.regions) {
+    for (const std::vector<ArcUse>& loop : region.loops) {
+      for (const ArcUse& use : loop) used[use.arc] = 1;
+    }
+  }
+  std::vector<std::uint32_t> passes(arrangement_.nodes.size(), 0);
+  for (std::size_t a = 0; a < used.size(); ++a) {
+    const PlanArc& arc = arrangement_.arcs[a];
+    for (std::size_t k = arc.closed ? 1 : 0; used[a] && k < arc.nodes.size(); ++k)
+      ++passes[arc.nodes[k]];
+  }
+  for (std::size_t n = 0; n < passes.size(); ++n) {
+    if (arrangement_.nodes[n].seam) passes[n] = 0;
+  }
+  std::vector<char> shared(passes.size(), 0);
+  std::vector<std::vector<std::uint32_t>> pieces(used.size());
+  bool any = false;
+  for (std::uint32_t a = 0; a < used.size(); ++a) {
+    if (!used[a]) continue;
+    const PlanArc& arc = arrangement_.arcs[a];
+    bool through = arc.closed && passes[arc.nodes[0]] > 1;
+    if (through) shared[arc.nodes[0]] = 1;
+    for (std::size_t k = 1; k + 1 < arc.nodes.size(); ++k) {
+      if (passes[arc.nodes[k]] <= 1) continue;
+      shared[arc.nodes[k]] = 1;
+      through = true;
+    }
+    any = any || through;
+    if (through) part_arc(a, passes, pieces[a]);
+  }
+  if (!any) return;
+  for (PlanRegion& region : arrangement_.regions) {
+    for (std::vector<ArcUse>& loop : region.loops) {
+      std::vector<ArcUse> parted;
+      for (const ArcUse& use : loop) {
+        if (pieces[use.arc].empty()) {
+          parted.push_back(use);
+          continue;
+        }
+        const std::size_t n = pieces[use.arc].size();
+        for (std::size_t k = 0; k < n; ++k)
+          parted.push_back({pieces[use.arc][use.forward ? k : n - 1 - k], use.forward});
+      }
+      loop = std::move(parted);
+    }
+    if (region.label == kNoLabel || is_base(surface_, region.label)) turn_at(shared, region);
+  }
+}
+
+// Ends an arc at every node that is passed more than once; its pieces in their order.
+void ArcCutter::part_arc(std::uint32_t a, const std::vector<std::uint32_t>& passes,
+                         std::vector<std::uint32_t>& pieces) {
+  PlanArc whole = arrangement_.arcs[a];
+  if (whole.closed) {
+    // A ring begins at the first of them.
+    std::size_t first = 0;
+    while (passes[whole.nodes[first]] <= 1) ++first;
+    const auto at_first = static_cast<std::ptrdiff_t>(first);
+    whole.nodes.pop_back();
+    std::rotate(whole.nodes.begin(), whole.nodes.begin() + at_first, whole.nodes.end());
+    std::rotate(whole.curves.begin(), whole.curves.begin() + at_first, whole.curves.end());
+    whole.nodes.push_back(whole.nodes.front());
+    whole.closed = false;
+  }
+  std::size_t from = 0;
+  for (std::size_t k = 1; k < whole.nodes.size(); ++k) {
+    if (k + 1 < whole.nodes.size() && passes[whole.nodes[k]] <= 1) continue;
+    PlanArc piece = whole;
+    const auto begin = static_cast<std::ptrdiff_t>(from), end = static_cast<std::ptrdiff_t>(k);
+    piece.nodes.assign(whole.nodes.begin() + begin, whole.nodes.begin() + end + 1);
+    piece.curves.assign(whole.curves.begin() + begin, whole.curves.begin() + end);
+    node(whole.nodes[from]).corner = node(whole.nodes[k]).corner = true;
+    if (pieces.empty()) {
+      pieces.push_back(a);
+      arrangement_.arcs[a] = std::move(piece);
+    } else {
+      pieces.push_back(static_cast<std::uint32_t>(arrangement_.arcs.size()));
+      arrangement_.arcs.push_back(std::move(piece));
+    }
+    from = k;
+  }
+}
+
+// The region's loops turn at shared nodes into the next arc clockwise, so that what they leave to
+// their left there is one sector.
+void ArcCutter::turn_at(const std::vector<char>& shared, PlanRegion& region) const {
+  std::vector<ArcUse> uses;
+  std::vector<std::uint32_t> next;
+  std::vector<std::vector<std::uint32_t>> leaving(shared.size());
+  const auto arc_of = [&](std::uint32_t u) -> const PlanArc& {
+    return arrangement_.arcs[uses[u].arc];
+  };
+  const auto start = [&](std::uint32_t u) {
+    return uses[u].forward ? arc_of(u).nodes.front() : arc_of(u).nodes.back();
+  };
+  const auto end = [&](std::uint32_t u) {
+    return uses[u].forward ? arc_of(u).nodes.back() : arc_of(u).nodes.front();
+  };
+  for (const std::vector<ArcUse>& loop : region.loops) {
+    const auto first = static_cast<std::uint32_t>(uses.size());
+    for (const ArcUse& use : loop) {
+      uses.push_back(use);
+      next.push_back(static_cast<std::uint32_t>(uses.size()));
+    }
+    if (!loop.empty()) next.back() = first;
+  }
+  bool turns = false;
+  for (std::uint32_t u = 0; u < uses.size(); ++u) {
+    if (!shared[start(u)]) continue;
+    leaving[start(u)].push_back(u);
+    turns = turns || leaving[start(u)].size() > 1;
+  }
+  if (!turns) return;
+  for (std::uint32_t u = 0; u < uses.size(); ++u) {
+    const std::uint32_t n = end(u);
+    if (leaving[n].size() < 2) continue;
+    const std::vector<std::uint32_t>& nodes = arc_of(u).nodes;
+    const Vec2 back = at(uses[u].forward ? nodes[nodes.size() - 2] : nodes[1]) - at(n);
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t w : leaving[n]) {
+      const std::vector<std::uint32_t>& of = arc_of(w).nodes;
+      const Vec2 d = at(uses[w].forward ? of[1] : of[of.size() - 2]) - at(n);
+      double clockwise = std::atan2(back.y() * d.x() - back.x() * d.y(), back.dot(d));
+      if (clockwise <= 0) clockwise += 2 * std::numbers::pi;
+      if (clockwise >= least) continue;
+      least = clockwise;
+      next[u] = w;
+    }
+  }
+  std::vector<char> walked(uses.size(), 0);
+  region.loops.clear();
+  for (std::uint32_t u = 0; u < uses.size(); ++u) {
+    if (walked[u]) continue;
+    std::vector<ArcUse>& loop = region.loops.emplace_back();
+    for (std::uint32_t w = u; !walked[w]; w = next[w]) {
+      walked[w] = 1;
+      loop.push_back(uses[w]);
     }
   }
 }

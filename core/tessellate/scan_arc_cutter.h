@@ -45,20 +45,8 @@ class ArcCutter {
     for (PlanArc& arc : arrangement_.arcs) {
       if (base_label(arc) != kNoLabel || has_outline(arc)) cut(arc);
     }
-    // Nodes at one vertex of the sheet are one node.
-    for (PlanArc& arc : arrangement_.arcs) {
-      for (std::uint32_t& n : arc.nodes) {
-        if (out_.place[n].kind != ScanPlace::Kind::kVertex) continue;
-        const std::uint32_t kept = out_.node_at[out_.place[n].id];
-        if (kept == n) continue;
-        for (const LabelHeight& h : node(n).heights) {
-          if (std::isnan(height_in(kept, h.label, std::numeric_limits<double>::quiet_NaN())))
-            node(kept).heights.push_back(h);
-        }
-        node(kept).corner = node(kept).corner || node(n).corner;
-        n = kept;
-      }
-    }
+    join_at_vertices();
+    part_at_shared_nodes();
     return std::move(out_);
   }
 
@@ -94,6 +82,11 @@ class ArcCutter {
                        [](const PlanCurve& c) { return c.type == CurveType::kOutline; });
   }
   void cut(PlanArc& arc);
+  void join_at_vertices();
+  void part_at_shared_nodes();
+  void part_arc(std::uint32_t arc, const std::vector<std::uint32_t>& passes,
+                std::vector<std::uint32_t>& pieces);
+  void turn_at(const std::vector<char>& shared, PlanRegion& region) const;
   void trace(std::uint32_t a, std::uint32_t b, const PlanCurve& curve, int depth);
   void follow_border(std::uint32_t a, std::uint32_t b, const PlanCurve& curve);
   void emit(std::uint32_t n, PlanCurve curve, std::uint32_t triangle);

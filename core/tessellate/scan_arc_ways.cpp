@@ -16,13 +16,13 @@ constexpr std::size_t kMostSteps = 20'000;
 void ArcCutter::set_heights(PlanNode& n, const PlanCurve& curve, double curve_z,
                             double base_z) const {
   n.heights.clear();
+  const bool on_base = curve.is_height_of({SurfaceRef::kBase, 0});
   for (const Label label : {left_, right_}) {
     if (label == kNoLabel) continue;
     double z = base_z;
-    if (!is_base(surface_, label) && curve.type != CurveType::kMeet) {
-      const bool own = curve.type == CurveType::kShadow && solver_.ref_of(label) == curve.first;
-      if (own) {
-        z = curve_z;
+    if (!is_base(surface_, label)) {
+      if (curve.is_height_of(solver_.ref_of(label))) {
+        z = on_base ? base_z : curve_z;
       } else if (!solver_.height(label, n.x, n.y, z)) {
         z = base_z;
       }
@@ -46,8 +46,12 @@ bool ArcCutter::crossing(std::uint32_t a, std::uint32_t b, const PlanCurve& curv
   if (on_curve) {
     t = std::clamp(t, 0.0, 1.0);
     z = u.z() + t * (v.z() - u.z());
-    if (curve.type == CurveType::kShadow)
+    if (curve.type == CurveType::kShadow) {
       z = solver_.shadow_height(curve, p.x() + t * d.x(), p.y() + t * d.y());
+    } else if (!curve.is_height_of({SurfaceRef::kBase, 0})) {
+      const Label over = base_left_ ? right_ : left_;
+      z = 0.5 * (height_in(a, over, z) + height_in(b, over, z));
+    }
     if (!solver_.on_line(on_triangle(curve, triangle), p, d, t, z)) return false;
   }
   const double length = d.norm(), slack = near_ / length;

@@ -53,6 +53,19 @@ TEST(LastCheck, FindsNothingWrongWithWhatIsRight) {
   }
 }
 
+// Less than the tolerance off, and yet no point of the curve.
+TEST(LastCheck, TellsACurveThatIsOffItsFace) {
+  const TessellationReport report = checked([](TriangleMesh& mesh) {
+    const auto crease = std::find_if(mesh.curves.begin(), mesh.curves.end(), [](const auto& c) {
+      return c.kind == CurveKind::kCrease && c.vertices.size() > 4;
+    });
+    mesh.positions[crease->vertices[2]].z() += 0.003;
+  });
+  ASSERT_EQ(report.doubt_count, 1u);
+  EXPECT_EQ(report.doubts[0].what, "a curve is off its face there");
+  EXPECT_GT(report.uncertified_area, 1e-5);
+}
+
 TEST(LastCheck, TellsATriangleThatLooksDown) {
   const TessellationReport report = checked([](TriangleMesh& mesh) {
     auto& t = mesh.triangles[a_triangle_of(mesh, "S.surface")];
