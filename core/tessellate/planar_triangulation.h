@@ -42,7 +42,7 @@ struct RefineRules {
   // Chart length of the edges that a vertex would have about it for accuracy, infinite where any
   // will do; may be empty. With it, new vertices for accuracy are placed so that regular triangles
   // of that size grow inwards from what is fine enough already, which takes fewer than centres of
-  // circles (a tenth fewer on spheres).
+  // circles (a quarter fewer on spheres).
   std::function<double(std::uint32_t)> spacing;
   // Called for each new interior vertex in order of creation with its chart position, before it
   // gets the next index; false refuses it, and the triangle it should mend is left as it is.
@@ -217,8 +217,13 @@ class PlanarTriangulation {
   void examine_fold(const Ticket& ticket, const RefineRules& rules);
   void advance(const Ticket& coarse, const RefineRules& rules);
   void mend(const Ticket& bad, bool for_shape, const RefineRules& rules);
-  // No nearer to another vertex than `apart`, lattice length.
-  [[nodiscard]] Mended mend_at(const LatticePoint& q, std::uint32_t t, bool for_shape, double apart,
+  struct Manner {
+    bool for_shape = false;
+    double apart = 0;         // from all other vertices, at the least, lattice length
+    double flattest = kFlat;  // squared cosine of the angle over a segment that stays, at the most
+  };
+  static constexpr double kFlat = 0.75, kFlattest = 0.9998;  // 150 and 179 degrees
+  [[nodiscard]] Mended mend_at(const LatticePoint& q, std::uint32_t t, const Manner& manner,
                                const RefineRules& rules);
   [[nodiscard]] bool request(std::uint32_t h, bool for_shape);
   // Whether segments enclose the corner opposite h at less than 60 degrees.

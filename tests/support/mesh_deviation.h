@@ -127,7 +127,10 @@ inline bool surface_within(const CompoundSurface& surface, const Vec3& p, double
       (surface.at(m.x(), m.y()) ? in : out) = m;
     }
     const std::optional<CcDatum> last = surface.at(in.x(), in.y());
-    return last && (Vec3(in.x(), in.y(), last->z) - p).norm() <= t;
+    if (!last) return false;
+    above = above || in.z() >= last->z;
+    below = below || in.z() <= last->z;
+    return (above && below) || (Vec3(in.x(), in.y(), last->z) - p).norm() <= t;
   };
   const auto see = [&](const Vec3& q) {
     const std::optional<CcDatum> hit = surface.at(q.x(), q.y());
@@ -162,6 +165,7 @@ inline bool change_within(const CompoundSurface& surface, const Vec3& p, double 
   const std::optional<CcDatum> here = surface.at(p.x(), p.y());
   if (!here) return false;
   constexpr int kDirections = 256;
+  constexpr double kHair = 1e-9;  // of the size: what no mesh has to show
   for (int i = 0; i < kDirections; ++i) {
     const double turn = 2 * std::numbers::pi * (i + 0.37) / kDirections;
     Vec2 in = p.head<2>(), out = in + t * Vec2(std::cos(turn), std::sin(turn));
@@ -174,8 +178,13 @@ inline bool change_within(const CompoundSurface& surface, const Vec3& p, double 
       (same ? in : out) = m;
       (same ? one : other) = hit;
     }
-    if (!other) continue;
-    const double low = std::min(one->z, other->z), high = std::max(one->z, other->z);
+    // A hair of another face may run along the change: the height behind it counts as well.
+    const std::optional<CcDatum> behind =
+        surface.at(out.x() + kHair * surface.size() * std::cos(turn),
+                   out.y() + kHair * surface.size() * std::sin(turn));
+    if (!other || !behind) continue;
+    const double low = std::min({one->z, other->z, behind->z});
+    const double high = std::max({one->z, other->z, behind->z});
     const Vec3 nearest(out.x(), out.y(), std::clamp(p.z(), low, high));
     if ((nearest - p).norm() <= t) return true;
   }
