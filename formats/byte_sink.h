@@ -45,13 +45,13 @@ class MemoryFiles final : public FileSet {
   std::vector<std::unique_ptr<Sink>> sinks_;
 };
 
-// Gathers small pieces in a buffer of a megabyte that stays in the cache. Errors are kept until
+// Gathers small pieces in a buffer that stays in a core's own cache. Errors are kept until
 // finish().
 class ByteWriter {
  public:
   explicit ByteWriter(ByteSink& sink);
 
-  static constexpr std::size_t kBuffer = std::size_t{1} << 20;
+  static constexpr std::size_t kBuffer = std::size_t{1} << 18;
 
   // Room for `size` bytes; give one past the last written to wrote().
   // Needs: size <= kBuffer.

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <cstring>
 #include <span>
-#include <type_traits>
 
 #include "core/counted.h"
 #include "core/parallel.h"
 #include "formats/byte_sink.h"
+#include "formats/float_rows.h"
 #include "formats/gltf_color.h"
 #include "formats/gltf_draco.h"
 
@@ -36,58 +36,10 @@ Float3 float_position(const Vec3& p, const Vec3& offset) {
           static_cast<float>(p.z() - offset.z()) + 0.0f};
 }
 
-// Calls `use` with the coordinates of every position: four positions a time, which the compiler
-// turns into vectors, and one by one at the end. Its second argument says how many there are, as a
-// constant.
-template <class Use>
-void for_blocks(std::span<const Vec3> positions, Use use) {
-  static_assert(sizeof(Vec3) == 3 * sizeof(double));
-  std::size_t i = 0;
-  for (; i + 4 <= positions.size(); i += 4) {
-    use(positions[i].data(), std::integral_constant<std::size_t, 12>());
-  }
-  for (; i < positions.size(); ++i) {
-    use(positions[i].data(), std::integral_constant<std::size_t, 3>());
-  }
-}
-
 // The coordinates of a run of positions at their lowest and highest. Needs: one at least.
 std::array<Vec3, 2> box_of(std::span<const Vec3> run) {
-  std::array<double, 12> low, high;
-  for (std::size_t k = 0; k < 12; ++k) low[k] = high[k] = run.front()[static_cast<int>(k % 3)];
-  for_blocks(run, [&](const double* p, auto count) {
-    for (std::size_t k = 0; k < count(); ++k) {
-      low[k] = p[k] < low[k] ? p[k] : low[k];
-      high[k] = p[k] > high[k] ? p[k] : high[k];
-    }
-  });
-  for (std::size_t k = 3; k < 12; ++k) {
-    low[k % 3] = std::min(low[k % 3], low[k]);
-    high[k % 3] = std::max(high[k % 3], high[k]);
-  }
-  return {Vec3(low[0], low[1], low[2]), Vec3(high[0], high[1], high[2])};
-}
-
-// How far floats about `offset` move positions, at most, squared. Clears `all_within` where one is
-// not finite or beyond the limit.
-double moved_by_floats(std::span<const Vec3> positions, const Vec3& offset, bool& all_within) {
-  double worst = 0;
-  const std::array<double, 3> period{offset.x(), offset.y(), offset.z()};
-  for_blocks(positions, [&](const double* p, auto count) {  // `count` coordinates, whole points
-    std::array<double, count()> squared;
-    unsigned within = 1;
-    for (std::size_t k = 0; k < count(); ++k) {
-      within &= static_cast<unsigned>(std::abs(p[k]) <= kLargestCoordinate);  // 0 for NaN
-      const double error =
-          static_cast<double>(static_cast<float>(p[k] - period[k % 3])) + period[k % 3] - p[k];
-      squared[k] = error * error;
-    }
-    for (std::size_t k = 0; k < count(); k += 3) {
-      worst = std::max(worst, squared[k] + squared[k + 1] + squared[k + 2]);
-    }
-    all_within &= within != 0;
-  });
-  return worst;
+  const FloatRun measured = measure_floats(run, Vec3::Zero(), kLargestCoordinate);
+  return {measured.low, measured.high};
 }
 
 // Checks the positions, sets their frame, and finds how far floats move them: in one go over them
@@ -97,18 +49,25 @@ Status measure_positions(const TriangleMesh& mesh, GltfLayout& layout) {
   double worst = 0;
   bool all_within = true;
   Vec3 low = all.empty() ? Vec3(Vec3::Zero()) : all.front(), high = low;
+  const auto for_runs = [&](const Vec3& offset, auto use) {
+    for (std::size_t first = 0; first < all.size(); first += GltfLayout::kBoxed) {
+      const std::size_t size = std::min(all.size() - first, GltfLayout::kBoxed);
+      use(measure_floats(all.subspan(first, size), offset, kLargestCoordinate));
+    }
+  };
   layout.boxes.reserve(all.size() / GltfLayout::kBoxed + 1);
-  for (std::size_t first = 0; first < all.size(); first += GltfLayout::kBoxed) {
-    const std::span<const Vec3> run =
-        all.subspan(first, std::min(all.size() - first, GltfLayout::kBoxed));
-    layout.boxes.push_back(box_of(run));
-    low = low.cwiseMin(layout.boxes.back()[0]);
-    high = high.cwiseMax(layout.boxes.back()[1]);
-    worst = std::max(worst, moved_by_floats(run, Vec3::Zero(), all_within));
-  }
+  for_runs(Vec3::Zero(), [&](const FloatRun& run) {
+    layout.boxes.push_back({run.low, run.high});
+    low = low.cwiseMin(run.low);
+    high = high.cwiseMax(run.high);
+    worst = std::max(worst, run.moved_squared);
+    all_within &= run.within;
+  });
   layout.frame = frame_for(mesh, low, high);
   if (!layout.frame.offset.isZero(0)) {
-    worst = moved_by_floats(all, layout.frame.offset, all_within);
+    worst = 0;
+    for_runs(layout.frame.offset,
+             [&](const FloatRun& run) { worst = std::max(worst, run.moved_squared); });
   }
   if (!all_within) {
     const auto within = [](const Vec3& p) {
@@ -125,8 +84,10 @@ Status measure_positions(const TriangleMesh& mesh, GltfLayout& layout) {
   return ok();
 }
 
-// Whether it is a unit vector to a thousandth, which stays as it is.
-bool is_unit(const Vec3& n) { return std::abs(n.squaredNorm() - 1) <= 2e-3; }
+// How far the square of a normal's length may be from 1, a thousandth of the length: such a normal
+// stays as it is.
+constexpr double kUnitSlack = 2e-3;
+bool is_unit(const Vec3& n) { return std::abs(n.squaredNorm() - 1) <= kUnitSlack; }
 
 bool has_direction(const Vec3& n) {
   const double length = n.norm();
@@ -181,6 +142,13 @@ Status set_lines(const TriangleMesh& mesh, GltfLines& lines) {
 void note_left_out(const TriangleMesh& mesh, GltfLayout& layout) {
   const std::size_t count = mesh.positions.size();
   if (layout.split.used_positions == count) return;
+  // Runs in order that leave no gap, as those of a mesh made element by element.
+  std::size_t covered = 0;
+  for (const SplitPrimitive& part : layout.split.primitives) {
+    if (!part.as_given || part.first_vertex > covered) break;
+    covered = std::max<std::size_t>(covered, part.first_vertex + part.vertex_count);
+  }
+  if (covered == count) return;
   std::vector<bool> used(count, false);
   for (const SplitPrimitive& part : layout.split.primitives) {
     const auto first = used.begin() + part.first_vertex;
@@ -327,6 +295,19 @@ void put_values(ByteWriter& out, std::size_t count, Get get) {
   }
 }
 
+// The same where `put(begin, size, to)` writes a block of them straight into the writer's buffer.
+template <class Value, class Put>
+void put_blocks(ByteWriter& out, std::size_t count, Put put) {
+  constexpr std::size_t kBlock = 2048;
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t size = std::min(count - begin, kBlock);
+    char* const to = out.room(size * sizeof(Value));
+    put(begin, size, to);
+    out.wrote(to + size * sizeof(Value));
+    out.passed(size * sizeof(Value));
+  }
+}
+
 void put_padding(ByteWriter& out, std::size_t size) {
   for (std::size_t i = size; i < aligned(size); ++i) out << '\0';
   out.passed(aligned(size) - size);
@@ -339,9 +320,10 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
   switch (kind) {
     case kShortIndices:
       if (!primitive.short_indices()) break;
-      put_values<std::uint16_t>(out, primitive.index_count, [=](std::size_t i) {
-        return static_cast<std::uint16_t>(indices[i] - base);
-      });
+      put_blocks<std::uint16_t>(out, primitive.index_count,
+                                [=](std::size_t begin, std::size_t size, char* to) {
+                                  put_shorts({indices + begin, size}, base, to);
+                                });
       break;
     case kLongIndices:
       if (primitive.short_indices()) break;
@@ -349,6 +331,14 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
                                 [=](std::size_t i) { return indices[i] - base; });
       break;
     case kPositions:
+      if (layout.coordinates.empty() && primitive.position == nullptr) {
+        const std::span<const Vec3> run(mesh.positions.data() + primitive.base,
+                                        primitive.vertex_count);
+        put_blocks<Float3>(out, run.size(), [&](std::size_t begin, std::size_t size, char* to) {
+          put_floats(run.subspan(begin, size), layout.frame.offset, to);
+        });
+        break;
+      }
       for_positions(layout, mesh, primitive, [&](auto position) {
         put_values<Float3>(out, primitive.vertex_count, position);
       });
@@ -356,9 +346,15 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
     case kNormals:
       if (!primitive.with_normals) break;
       if (primitive.normal == nullptr) {
-        put_values<Float3>(out, primitive.vertex_count,
-                           [first = mesh.normals.data() + primitive.base,
-                            &all_unit](std::size_t v) { return float_normal(first[v], all_unit); });
+        const std::span<const Vec3> run(mesh.normals.data() + primitive.base,
+                                        primitive.vertex_count);
+        put_blocks<Float3>(out, run.size(), [&](std::size_t begin, std::size_t size, char* to) {
+          if (put_unit_floats(run.subspan(begin, size), kUnitSlack, to)) return;
+          for (std::size_t v = begin; v < begin + size; ++v, to += sizeof(Float3)) {
+            const Float3 normal = float_normal(run[v], all_unit);
+            std::memcpy(to, &normal, sizeof normal);
+          }
+        });
       } else {
         put_values<Float3>(out, primitive.vertex_count,
                            [all = mesh.normals.data(), number = primitive.normal, &all_unit](

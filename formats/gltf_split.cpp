@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "formats/float_rows.h"
+
 namespace diesink {
 namespace {
 
@@ -24,9 +26,7 @@ std::span<const std::uint32_t> flat(std::span<const Triangle> triangles) {
 Status check_range(std::span<const Triangle> triangles, std::size_t first, std::size_t count,
                    const char* what) {
   // All at once, which is fast; one by one only to say which.
-  std::uint32_t most = 0;
-  for (const std::uint32_t corner : flat(triangles)) most = std::max(most, corner);
-  if (triangles.empty() || most < count) return ok();
+  if (triangles.empty() || range_of(flat(triangles))[1] < count) return ok();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (*std::max_element(triangles[t].begin(), triangles[t].end()) >= count) {
       return wrong("triangle " + std::to_string(first + t) + " has a " + what + " beyond the " +
@@ -160,17 +160,22 @@ class RunFinder {
           std::memcmp(block.data(), normals.data() + t, block.size_bytes()) != 0) {
         return false;
       }
-      for (const std::uint32_t v : flat(block)) {
-        low = std::min(low, v);
-        high = std::max(high, v);
-      }
+      const auto [least, most] = range_of(flat(block));
+      low = std::min(low, least);
+      high = std::max(high, most);
       if (high >= seen_.size()) return false;
-      for (const std::uint32_t v : flat(block)) seen[v] = stamp;
+      for (const Triangle& corners : block) {
+        const std::uint32_t a = corners[0], b = corners[1],
+                            c = corners[2];  // before a store that might change them
+        seen[a] = seen[b] = seen[c] = stamp;
+      }
     }
     const std::size_t count = std::size_t{high} - low + 1;
     if (count > 3 * triangles.size()) return false;
-    const auto begin = seen_.begin() + low, end = begin + static_cast<std::ptrdiff_t>(count);
-    if (std::any_of(begin, end, [stamp](std::uint8_t at) { return at != stamp; })) return false;
+    // Without a way out in between, which lets the compiler take many at a time.
+    unsigned other = 0;
+    for (std::size_t v = low; v <= high; ++v) other |= static_cast<unsigned>(seen[v] ^ stamp);
+    if (other != 0) return false;
     primitive.as_given = true;
     primitive.first_vertex = low;
     primitive.vertex_count = static_cast<std::uint32_t>(count);

@@ -10,6 +10,7 @@
 
 #include "formats/byte_sink.h"
 #include "formats/element_runs.h"
+#include "formats/float_rows.h"
 #include "formats/registry.h"
 #include "formats/text_number.h"
 #include "formats/written_mesh.h"
@@ -80,19 +81,18 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
   if (!sink) return sink.error();
   WrittenMesh written;
   const double limit = static_cast<double>(std::numeric_limits<float>::max());
-  std::vector<Vec3f> rounded;  // every vertex is met about six times
-  rounded.reserve(mesh.positions.size());
-  for (const Vec3& p : mesh.positions) {
-    if (!(p.cwiseAbs().maxCoeff() <= limit)) {
+  std::vector<Vec3f> rounded(mesh.positions.size());  // every vertex is met about six times
+  constexpr std::size_t kRun = 1024;
+  for (std::size_t first = 0; first < mesh.positions.size(); first += kRun) {
+    const std::span<const Vec3> run =
+        std::span(mesh.positions).subspan(first, std::min(kRun, rounded.size() - first));
+    const FloatRun measured = measure_floats(run, Vec3::Zero(), limit);
+    if (!measured.within) {
       return Error{
           ErrorCode::kUnsupported, "a coordinate is too large for STL's 32-bit numbers", {}};
     }
-    const Vec3f f = to_float(p);
-    const double off =
-        (Vec3(static_cast<double>(f[0]), static_cast<double>(f[1]), static_cast<double>(f[2])) - p)
-            .squaredNorm();
-    written.deviation = std::max(written.deviation, off);
-    rounded.push_back(f);
+    written.deviation = std::max(written.deviation, measured.moved_squared);
+    put_floats(run, Vec3::Zero(), reinterpret_cast<char*>(rounded.data() + first));
   }
   written.deviation = std::sqrt(written.deviation);
 
