@@ -66,6 +66,58 @@ double distance_to_plane(double above, double steep, double reach) {
   return std::hypot(foot, above - steep * foot);
 }
 
+// From a point to all that is on a triangle and straight below it: where the triangle ends at a
+// wall, sideways.
+class Column {
+ public:
+  explicit Column(const Corners& t) : t_(t), n_((t[1] - t[0]).cross(t[2] - t[0])) {}
+
+  [[nodiscard]] double distance(const Vec3& p) const {
+    double best2 = kInfinity;
+    bool inside = n_.z() > 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &a = t_[k], &b = t_[(k + 1) % 3];
+      const Vec3 e = b - a, o = p - a;
+      inside = inside && e.x() * o.y() - e.y() * o.x() >= 0;
+      const double s = along(o, e, e.squaredNorm());
+      best2 = std::min(best2, (o - s * e).squaredNorm());
+      const double flat = along({o.x(), o.y(), 0}, {e.x(), e.y(), 0}, e.head<2>().squaredNorm());
+      const Vec3 beside = o - flat * e;
+      if (beside.z() <= 0) best2 = std::min(best2, beside.head<2>().squaredNorm());
+    }
+    const double size2 = n_.squaredNorm();
+    if (inside) {
+      const double above = n_.dot(p - t_[0]);
+      if (above <= 0) return 0;
+      best2 = std::min(best2, (p.z() - height(p)) * (p.z() - height(p)));
+    }
+    if (size2 > 0 && foot_inside(p)) {
+      const double off = n_.dot(p - t_[0]);
+      best2 = std::min(best2, off * off / size2);
+    }
+    return std::sqrt(best2);
+  }
+
+ private:
+  static double along(const Vec3& o, const Vec3& e, double length2) {
+    return length2 > 0 ? std::clamp(o.dot(e) / length2, 0.0, 1.0) : 0;
+  }
+  [[nodiscard]] double height(const Vec3& p) const {
+    return t_[0].z() - (n_.head<2>().dot((p - t_[0]).head<2>())) / n_.z();
+  }
+  // Whether the point of the triangle's plane that is nearest is one of the triangle's.
+  [[nodiscard]] bool foot_inside(const Vec3& p) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 e = t_[(k + 1) % 3] - t_[k];
+      if (n_.cross(e).dot(p - t_[k]) < 0) return false;
+    }
+    return true;
+  }
+
+  Corners t_;
+  Vec3 n_;
+};
+
 class Divider {
  public:
   Divider(const CutterShape& cutter, std::span<const SweepMove> moves,
@@ -90,10 +142,50 @@ class Divider {
   }
 
  private:
-  // Planes of the triangles met, each let down until all of the part around is above it.
+  using Tops = std::array<Vec3, 4>;  // what a move leaves at a box's corners
+
+  // The least over the moves of what `distance` tells of the worst of their corners.
+  template <class Distance>
+  double least_over_moves(double best, const Distance& distance) const {
+    for (const Tops& tops : tops_) {
+      double most = deviation_;
+      for (std::size_t c = 0; c < 4 && most < best; ++c) {
+        most = std::max(most, distance(tops[c]) + deviation_);
+      }
+      best = std::min(best, most);
+      if (best <= enough_) break;
+    }
+    return best;
+  }
+
   double of_box(const PlanBox& box) {
-    constexpr std::size_t kPlanes = 8;
+    tops_.clear();
+    for (const SweepMove& move : moves_) {
+      Tops tops;
+      bool over = true;
+      for (std::size_t c = 0; c < 4 && over; ++c) {
+        const Vec2 at = corner(box, c);
+        tops[c] = {at.x(), at.y(), swept_height(cutter_, move, at.x(), at.y())};
+        over = tops[c].z() < kInfinity;
+      }
+      if (over) tops_.push_back(tops);
+    }
     double best = kInfinity;
+    if (tops_.empty()) return best;
+    best = by_planes(box, best);
+    // What ends at a wall beside the box, or in it.
+    for (const Corners& t : triangles_) {
+      if (best <= enough_) break;
+      if (!meet(box_over(t), wider(box, best))) continue;
+      const Column column(t);
+      best = least_over_moves(best, [&](const Vec3& top) { return column.distance(top); });
+    }
+    return best;
+  }
+
+  // Planes of the triangles met, each let down until all of the part around is above it.
+  double by_planes(const PlanBox& box, double best) {
+    constexpr std::size_t kPlanes = 8;
     const double size = std::min(box.x1 - box.x0, box.y1 - box.y0);
     for (const double reach : {size, 0.0}) {
       if (!part_over(triangles_, wider(box, reach), corners_, met_)) continue;
@@ -103,20 +195,13 @@ class Divider {
         const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
         if (!(n.z() > 1e-7 * n.norm())) continue;
         const Vec2 slope(-n.x() / n.z(), -n.y() / n.z());
+        const double steep = slope.norm();
         double base = kInfinity;  // the plane's height at the origin of the plan
         for (const Vec3& c : corners_) base = std::min(base, c.z() - slope.dot(c.head<2>()));
-        for (const SweepMove& move : moves_) {
-          double most = 0;
-          for (std::size_t c = 0; c < 4 && most < best; ++c) {
-            const Vec2 at = corner(box, c);
-            const double left = swept_height(cutter_, move, at.x(), at.y());
-            most =
-                std::max(most, distance_to_plane(left - base - slope.dot(at), slope.norm(), reach) +
-                                   deviation_);
-          }
-          best = std::min(best, most);
-          if (best <= enough_) return best;
-        }
+        best = least_over_moves(best, [&](const Vec3& top) {
+          return distance_to_plane(top.z() - base - slope.dot(top.head<2>()), steep, reach);
+        });
+        if (best <= enough_) return best;
       }
     }
     return best;
@@ -126,6 +211,7 @@ class Divider {
   std::span<const SweepMove> moves_;
   const std::vector<Corners>& triangles_;
   double deviation_, enough_;
+  std::vector<Tops> tops_;
   std::vector<Vec3> corners_;
   std::vector<std::size_t> met_;
 };
@@ -133,18 +219,18 @@ class Divider {
 }  // namespace
 
 CellBounds::CellBounds(const CutterShape& cutter, const PlanLattice& lattice,
-                       const std::vector<double>& part, std::vector<std::size_t> cells)
-    : cutter_(cutter), lattice_(lattice), cells_(std::move(cells)), kept_(cells_.size()) {
+                       std::vector<std::size_t> cells, int halvings)
+    : cutter_(cutter),
+      lattice_(lattice),
+      cells_(std::move(cells)),
+      side_(std::size_t{1} << halvings),
+      each_((side_ + 1) * (side_ + 1) + side_ * side_),
+      kept_(cells_.size() * each_),
+      highest_(cells_.size(), kInfinity) {
   const double side = cutter.radius() / 2;
   std::map<std::array<long, 2>, std::size_t> tile_at;
   for (std::size_t c = 0; c < cells_.size(); ++c) {
-    kept_[c].height.fill(kInfinity);
     const std::size_t i = cells_[c] % lattice.columns, j = cells_[c] / lattice.columns;
-    const std::array<double, 4> z{part[cells_[c]], part[cells_[c] + 1],
-                                  part[cells_[c] + lattice.columns],
-                                  part[cells_[c] + lattice.columns + 1]};
-    const auto [low, high] = std::minmax_element(z.begin(), z.end());
-    spread_.push_back(*high - *low + lattice.dx + lattice.dy);
     const PlanBox box{lattice.x(i), lattice.x(i + 1), lattice.y(j), lattice.y(j + 1)};
     const auto [at, fresh] = tile_at.try_emplace(
         {std::lround((box.x0 - lattice.x0) / side), std::lround((box.y0 - lattice.y0) / side)},
@@ -173,10 +259,44 @@ std::vector<std::vector<std::uint32_t>> CellBounds::over_tiles(std::size_t count
   return over;
 }
 
-Vec2 CellBounds::sample(std::size_t cell, std::size_t k) const {
-  const std::size_t i = cells_[cell] % lattice_.columns, j = cells_[cell] / lattice_.columns;
-  return {lattice_.x(i) + static_cast<double>(k % 3) * (lattice_.x(i + 1) - lattice_.x(i)) / 2,
-          lattice_.y(j) + static_cast<double>(k / 3) * (lattice_.y(j + 1) - lattice_.y(j)) / 2};
+Vec2 CellBounds::point(std::size_t cell, std::size_t i, std::size_t j) const {
+  const std::size_t ci = cells_[cell] % lattice_.columns, cj = cells_[cell] / lattice_.columns;
+  const auto between = [&](std::size_t k, double low, double high) {
+    return k == side_ ? high
+                      : low + static_cast<double>(k) * (high - low) / static_cast<double>(side_);
+  };
+  return {between(i, lattice_.x(ci), lattice_.x(ci + 1)),
+          between(j, lattice_.y(cj), lattice_.y(cj + 1))};
+}
+
+void CellBounds::keep(std::size_t cell, const SweepMove& move, std::vector<double>& z) {
+  const std::size_t points = side_ + 1;
+  Kept* const kept = kept_.data() + cell * each_;
+  bool better = false;
+  const auto offer = [&](Kept& best, double height) {
+    if (!(height < best.height)) return;
+    best = {move, height};
+    better = true;
+  };
+  z.resize(points * points);
+  for (std::size_t j = 0; j < points; ++j) {
+    for (std::size_t i = 0; i < points; ++i) {
+      const Vec2 p = point(cell, i, j);
+      z[j * points + i] = swept_height(cutter_, move, p.x(), p.y());
+      offer(kept[j * points + i], z[j * points + i]);
+    }
+  }
+  for (std::size_t j = 0; j < side_; ++j) {
+    for (std::size_t i = 0; i < side_; ++i) {
+      const double* const at = z.data() + j * points + i;
+      offer(kept[points * points + j * side_ + i],
+            std::max({at[0], at[1], at[points], at[points + 1]}));
+    }
+  }
+  if (!better) return;
+  highest_[cell] = std::max_element(kept, kept + each_, [](const Kept& p, const Kept& q) {
+                     return p.height < q.height;
+                   })->height;
 }
 
 void CellBounds::add(std::span<const SweepMove> moves, int threads) {
@@ -198,25 +318,14 @@ void CellBounds::add(std::span<const SweepMove> moves, int threads) {
   const std::vector<std::vector<std::uint32_t>> runs_over =
       over_tiles((moves.size() + kRun - 1) / kRun, [&](std::uint32_t r) { return box_of(run(r)); });
   parallel_blocks(tiles_.size(), 1, threads, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<double> z;
     for (std::size_t t = begin; t < end; ++t) {
       for (const std::uint32_t r : runs_over[t]) {
         for (const SweepMove& m : run(r)) {
           if (!meet(box_of({&m, 1}), tiles_[t])) continue;
           const double low = std::min(m.from.z(), m.to.z());
           for (const std::uint32_t c : cells_of_[t]) {
-            Kept& kept = kept_[c];
-            constexpr std::size_t kMiddle = 4;
-            if (low > kept.height[kMiddle] + spread_[c]) continue;
-            const Vec2 middle = sample(c, kMiddle);
-            const double there = swept_height(cutter_, m, middle.x(), middle.y());
-            if (!(there <= kept.height[kMiddle] + spread_[c]) || there == kInfinity) continue;
-            for (std::size_t s = 0; s < kSamples; ++s) {
-              const Vec2 p = sample(c, s);
-              const double z = s == kMiddle ? there : swept_height(cutter_, m, p.x(), p.y());
-              if (!(z < kept.height[s])) continue;
-              kept.height[s] = z;
-              kept.move[s] = m;
-            }
+            if (low < highest_[c]) keep(c, m, z);
           }
         }
       }
@@ -224,10 +333,12 @@ void CellBounds::add(std::span<const SweepMove> moves, int threads) {
   });
 }
 
-std::vector<double> CellBounds::bounds(const TriangleMesh& mesh, double deviation, double enough,
-                                       int threads) const {
+std::vector<double> CellBounds::bounds(const TriangleMesh& mesh, double deviation,
+                                       std::span<const double> enough, int threads) const {
   std::vector<double> out(cells_.size(), kInfinity);
-  const double wide = std::max(lattice_.dx, lattice_.dy);
+  // The part so near counts: for a plane that is let down, and for what is nearer sideways.
+  const double most = cells_.empty() ? 0 : *std::max_element(enough.begin(), enough.end());
+  const double wide = std::max({lattice_.dx, lattice_.dy, std::min(most, cutter_.radius() / 4)});
   const auto corners_of = [&](std::uint32_t triangle) {
     const auto& ids = mesh.triangles[triangle];
     return Corners{mesh.positions[ids[0]], mesh.positions[ids[1]], mesh.positions[ids[2]]};
@@ -241,7 +352,7 @@ std::vector<double> CellBounds::bounds(const TriangleMesh& mesh, double deviatio
       near.clear();
       for (const std::uint32_t triangle : triangles_over[t]) near.push_back(corners_of(triangle));
       for (const std::uint32_t c : cells_of_[t]) {
-        const Vec2 low = sample(c, 0), high = sample(c, kSamples - 1);
+        const Vec2 low = point(c, 0, 0), high = point(c, side_, side_);
         const PlanBox box{low.x(), high.x(), low.y(), high.y()};
         const PlanBox around = wider(box, wide);
         mine.clear();
@@ -249,15 +360,15 @@ std::vector<double> CellBounds::bounds(const TriangleMesh& mesh, double deviatio
           if (meet(box_over(corners), around)) mine.push_back(corners);
         }
         std::vector<SweepMove> moves;
-        for (std::size_t s = 0; s < kSamples; ++s) {
-          if (kept_[c].height[s] == kInfinity) continue;
-          const SweepMove& m = kept_[c].move[s];
+        for (const Kept& kept : std::span(kept_).subspan(c * each_, each_)) {
+          if (kept.height == kInfinity) continue;
+          const SweepMove& m = kept.move;
           const bool known = std::any_of(moves.begin(), moves.end(), [&](const SweepMove& o) {
             return o.from == m.from && o.to == m.to;
           });
           if (!known) moves.push_back(m);
         }
-        out[c] = Divider(cutter_, moves, mine, deviation, enough).bound(box, 0);
+        out[c] = Divider(cutter_, moves, mine, deviation, enough[c]).bound(box, 0);
       }
     }
   });

@@ -171,41 +171,65 @@ bool LatticeCheck::reachable(std::size_t i, std::size_t j, double z, const Vec3&
 
 double LatticeCheck::depth_of_free_cutter(std::size_t i, std::size_t j, double z) const {
   constexpr int kHeadings = 24;
-  double deepest = 0;
-  for (double depth = limit_; depth < cutter_.radius(); depth *= 2) {
-    bool found = false;
-    for (int k = 0; k < kHeadings && !found; ++k) {
+  const auto held = [&](double depth) {
+    for (int k = 0; k < kHeadings; ++k) {
       const double angle = 2 * std::numbers::pi * k / kHeadings;
       const double reach = cutter_.radius() - depth;
       const Vec2 at(lattice_.x(i) + reach * std::cos(angle),
                     lattice_.y(j) + reach * std::sin(angle));
       // The point is so deep in the cutter's body: under its side and over its end.
-      const double tip = z - std::max(cutter_.corner(), depth);
-      const Vec3 stand(at.x(), at.y(), tip);
-      found = in_domain(at) && pyramid_.clears(cutter_, stand, slack_) &&
-              mesh_->stands_free(stand, touch_);
+      const Vec3 stand(at.x(), at.y(), z - std::max(cutter_.corner(), depth));
+      if (in_domain(at) && pyramid_.clears(cutter_, stand, slack_) &&
+          mesh_->stands_free(stand, touch_)) {
+        return true;
+      }
     }
-    if (!found) break;
-    deepest = depth;
+    return false;
+  };
+  double low = limit_;
+  if (!(low < cutter_.radius()) || !held(low)) return 0;
+  double high = std::min(2 * low, cutter_.radius());
+  while (high < cutter_.radius() && held(high)) {
+    low = high;
+    high = std::min(2 * low, cutter_.radius());
   }
-  return deepest;
+  // No more than what is found; to a sixty-fourth of it.
+  while (high - low > low / 64) {
+    const double middle = low + (high - low) / 2;
+    (held(middle) ? low : high) = middle;
+  }
+  return std::max(0.0, low - touch_);  // raised by that it touches nothing
 }
 
 double LatticeCheck::distance(const Vec3& p, double above) const {
   double best = above;
   Vec2 foot = p.head<2>();
-  for (double step = above / 2; step > above / 64; step /= 2) {
+  // Goes on from a place to the foot on the surface's plane there for as long as that is nearer.
+  const auto look = [&](Vec2 q) {
+    constexpr int kSteps = 16;
+    for (int k = 0; k < kSteps; ++k) {
+      const std::optional<CcDatum> cc = surface_->at(q.x(), q.y());
+      if (!cc) return;
+      const Vec3 off = p - Vec3(q.x(), q.y(), cc->z);
+      // All below the surface is the part: what is higher than the point is as near as its side.
+      const double there = off.z() > 0 ? off.norm() : off.head<2>().norm();
+      if (there < best) {
+        best = there;
+        foot = q;
+      } else if (k > 1) {
+        return;
+      }
+      if (!(off.z() > 0)) return;
+      q = (p - off.dot(cc->n) * cc->n).head<2>();
+    }
+  };
+  look(foot);
+  constexpr double kFinest = 1.0 / 128;
+  for (double step = best / 2; step > best * kFinest; step /= 2) {
     const Vec2 from = foot;
     for (int k = 0; k < 8; ++k) {
       const double angle = std::numbers::pi / 4 * k;
-      const Vec2 q = from + step * Vec2(std::cos(angle), std::sin(angle));
-      const std::optional<CcDatum> cc = surface_->at(q.x(), q.y());
-      if (!cc) continue;
-      const double d = (Vec3(q.x(), q.y(), cc->z) - p).norm();
-      if (d < best) {
-        best = d;
-        foot = q;
-      }
+      look(from + step * Vec2(std::cos(angle), std::sin(angle)));
     }
   }
   return best;
@@ -215,8 +239,12 @@ RowFindings LatticeCheck::row(std::size_t j, const SweptHeights& swept, float* h
                               CutState* state) const {
   RowFindings out;
   const std::vector<double>& left = swept.heights();
+  const auto share = [](std::size_t at, std::size_t count) {
+    return at == 0 || at + 1 == count ? 0.5 : 1.0;
+  };
   for (std::size_t i = 0; i < lattice_.columns; ++i) {
     const std::size_t k = j * lattice_.columns + i;
+    const double cell = share(i, lattice_.columns) * share(j, lattice_.rows);
     const double z = z_->z[k];
     height[i] = 0;
     if (std::isnan(z)) {
@@ -226,31 +254,37 @@ RowFindings LatticeCheck::row(std::size_t j, const SweptHeights& swept, float* h
     const Vec3 n(static_cast<double>(z_->nx[k]), static_cast<double>(z_->ny[k]),
                  static_cast<double>(z_->nz[k]));
     const bool cut = left[k] < kInfinity;
-    double stays = cut ? (left[k] - z) * n.z() : 0;
+    const double above = left[k] - z;
+    double stays = cut ? above * n.z() : 0;
     const Vec3 top(lattice_.x(i), lattice_.y(j), left[k]);
-    // The normal of one side of an edge is not the nearest way to the other.
-    if (cut && stays > limit_ && left[k] - z < 8 * limit_) {
-      stays = std::min(stays, distance(top, left[k] - z));
-    }
+    // The normal is not the nearest way where the surface bends away or ends at an edge. Far up,
+    // that is only looked at where it matters.
+    bool far = above >= 8 * limit_ && stays > limit_;
+    if (cut && above > limit_ && !far) stays = distance(top, above);
     if ((!cut || stays > limit_) && !reachable(i, j, z, n, cut ? stays : kInfinity)) {
       double beside = 0;
       if (cut && steep_beside(left, i, j)) beside = depth_of_free_cutter(i, j, left[k]);
       if (!(beside > limit_)) {
         state[i] = CutState::kUnreachable;
-        ++out.unreachable;
+        out.unreachable += cell;
         continue;
       }
-      stays = beside;
+      if (far) stays = std::min(stays, distance(top, above));
+      far = false;
+      // Where the part itself is the nearest, the cutter came as near to it as it may.
+      if (beside + 2 * touch_ < stays) out.beside.push_back(i);
+      stays = std::min(stays, beside);
     }
+    if (cut && far && stays > limit_) stays = std::min(stays, distance(top, above));
     if (!cut) {
       state[i] = CutState::kUncut;
-      ++out.uncut;
+      out.uncut += cell;
       continue;
     }
     state[i] = CutState::kCut;
     height[i] = static_cast<float>(stays);
     if (stays > limit_) {
-      ++out.uncut;
+      out.uncut += cell;
     } else {
       out.cusps.push_back(static_cast<float>(std::fmax(stays, 0)));
     }
@@ -272,14 +306,21 @@ bool LatticeCheck::steep_beside(const std::vector<double>& left, std::size_t i,
 }
 
 void LatticeCheck::cells(std::size_t j, const SweptHeights& swept, const std::vector<float>& dips,
-                         const std::vector<CutState>& state, RowFindings& out) const {
+                         const VerifyReport& points, RowFindings& out,
+                         const RowFindings& next) const {
   if (j + 1 >= lattice_.rows) return;
+  std::vector<bool> beside(lattice_.columns);
+  for (const RowFindings* row : {&static_cast<const RowFindings&>(out), &next}) {
+    for (const std::size_t i : row->beside) beside[i] = true;
+  }
   for (std::size_t i = 0; i + 1 < lattice_.columns; ++i) {
     const std::size_t k = j * lattice_.columns + i;
-    bool cut = true;
+    bool cut = !beside[i] && !beside[i + 1];
+    bool over = false;
     double nz = 0;
     for (const std::size_t c : {k, k + 1, k + lattice_.columns, k + lattice_.columns + 1}) {
-      cut = cut && state[c] == CutState::kCut;
+      cut = cut && points.state[c] == CutState::kCut;
+      over = over || static_cast<double>(points.height[c]) > limit_;
       nz = std::max(nz, static_cast<double>(z_->nz[c]));
     }
     if (!cut) continue;
@@ -289,8 +330,8 @@ void LatticeCheck::cells(std::size_t j, const SweptHeights& swept, const std::ve
     if (bound <= limit_) {
       ++out.proven_cells;
       out.bound = std::max(out.bound, bound);
-    } else if (dips[k] < std::numeric_limits<float>::infinity()) {
-      out.open.push_back({k, bound});
+    } else {
+      out.open.push_back({k, bound, over});
     }
   }
 }

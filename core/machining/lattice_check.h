@@ -31,12 +31,19 @@ std::vector<float> cell_dips(const TriangleMesh& mesh, double deviation, const P
 struct RowFindings {
   double excess = -1, bound = -1;
   Vec3 excess_at = Vec3::Zero();
-  std::size_t uncut = 0, unreachable = 0, cells = 0, proven_cells = 0;
+  double uncut = 0,
+         unreachable = 0;  // in cells: a point on the domain's side stands for half a one
+  std::size_t cells = 0, proven_cells = 0;
   std::vector<float> cusps;
-  // Cells without a wall that a bound of the whole cell leaves above the limit, with that bound.
+  // Columns of points that the cutter cannot stand on, but could clear better from beside: how far
+  // the part is below tells nothing there.
+  std::vector<std::size_t> beside;
+  // Cells that a bound of the whole cell leaves above the limit, with that bound. `over`: more than
+  // the limit stays at a corner.
   struct Open {
     std::size_t cell = 0;
     double bound = 0;
+    bool over = false;
   };
   std::vector<Open> open;
 };
@@ -52,9 +59,10 @@ class LatticeCheck {
   // The points of row j.
   RowFindings row(std::size_t j, const SweptHeights& swept, float* height, CutState* state) const;
 
-  // What the cells of row j prove, once the states of its points and of the next row's are known.
+  // What the cells of row j prove, once its points and those of the `next` row are known; adds to
+  // what `row` found.
   void cells(std::size_t j, const SweptHeights& swept, const std::vector<float>& dips,
-             const std::vector<CutState>& state, RowFindings& out) const;
+             const VerifyReport& points, RowFindings& out, const RowFindings& next) const;
 
   [[nodiscard]] double limit() const { return limit_; }
 
@@ -63,8 +71,9 @@ class LatticeCheck {
   // domain.
   [[nodiscard]] bool reachable(std::size_t i, std::size_t j, double z, const Vec3& n,
                                double stays) const;
-  // How deep a cutter that stands free, in the domain, may hold the point: 0 where not deeper than
-  // the limit. Beside walls, where no contact is at the point itself.
+  // How deep a cutter that stands free, in the domain, may hold the point, from below and to a
+  // sixty-fourth: 0 where not deeper than the limit. Beside walls, where no contact is at the point
+  // itself.
   [[nodiscard]] double depth_of_free_cutter(std::size_t i, std::size_t j, double z) const;
   // Whether what is left falls off steeply beside the point.
   [[nodiscard]] bool steep_beside(const std::vector<double>& left, std::size_t i,

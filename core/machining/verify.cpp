@@ -20,8 +20,9 @@ namespace {
 constexpr double kMostPoints = 5e7;  // of the lattice
 constexpr double kUsualPoints = 4e6;
 constexpr std::size_t kMovesATime = 16384;
-constexpr std::size_t kMostDivided = 60'000;  // cells; half a kilobyte each
-constexpr double kJoinedPart = 1.0 / 256;     // of both tolerances, for moves joined into one
+constexpr std::size_t kMostDivided = 60'000;       // cells; 0.7 kilobytes each
+constexpr std::size_t kMostDividedFinely = 4'000;  // 8 kilobytes each
+constexpr double kJoinedPart = 1.0 / 256;          // of both tolerances, for moves joined into one
 
 Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
 
@@ -247,54 +248,82 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     float& height = report.height[beside[k]];
     height = std::fmax(height, -static_cast<float>(depths.depths()[k]));
   }
-  const std::vector<float> dips =
-      cell_dips(mesh, deviation, lattice, heights.z, check.limit(), options.threads);
-  each_row([&](std::size_t j) { check.cells(j, swept, dips, report.state, rows[j]); });
-  // Cells that are not settled as a whole, at edges most of all, are divided; the worst of them.
-  std::vector<RowFindings::Open> open;
-  for (const RowFindings& row : rows) open.insert(open.end(), row.open.begin(), row.open.end());
-  double bound = -1;
-  std::size_t cells = 0, proven = 0;
-  if (open.size() > kMostDivided) {
-    std::sort(open.begin(), open.end(), [](const auto& p, const auto& q) {
-      return p.bound != q.bound ? p.bound > q.bound : p.cell < q.cell;
-    });
-    if (std::isfinite(open[kMostDivided].bound)) bound = open[kMostDivided].bound;
-    open.resize(kMostDivided);
-    std::sort(open.begin(), open.end(),
-              [](const auto& p, const auto& q) { return p.cell < q.cell; });
-  }
-  if (!open.empty()) {
-    std::vector<std::size_t> numbers;
-    for (const RowFindings::Open& one : open) numbers.push_back(one.cell);
-    CellBounds divided(*cutter, lattice, heights.z, std::move(numbers));
-    walked = each_moves(
-        path, joined, [&](std::span<const SweepMove> some) { divided.add(some, options.threads); },
-        [](std::span<const ClPoint>) {});
-    if (!walked) return walked.error();
-    const std::vector<double> least =
-        divided.bounds(mesh, deviation, check.limit(), options.threads);
-    for (std::size_t k = 0; k < open.size(); ++k) {
-      const double of_cell = std::fmin(open[k].bound, least[k]);
-      if (of_cell <= check.limit()) ++proven;
-      if (std::isfinite(of_cell)) bound = std::fmax(bound, of_cell);
-    }
-  }
   std::vector<float> cusps;
   double excess = -1;
   for (const RowFindings& row : rows) {
-    report.uncut_area += static_cast<double>(row.uncut) * lattice.dx * lattice.dy;
-    report.unreachable_area += static_cast<double>(row.unreachable) * lattice.dx * lattice.dy;
+    report.uncut_area += row.uncut * lattice.dx * lattice.dy;
+    report.unreachable_area += row.unreachable * lattice.dx * lattice.dy;
     cusps.insert(cusps.end(), row.cusps.begin(), row.cusps.end());
-    bound = std::fmax(bound, row.bound);
-    cells += row.cells;
-    proven += row.proven_cells;
     if (row.excess > excess) {
       excess = row.excess;
       report.max_excess_at = row.excess_at;
     }
   }
   report.max_excess = std::fmax(0, excess);
+  const std::vector<float> dips =
+      cell_dips(mesh, deviation, lattice, heights.z, check.limit(), options.threads);
+  each_row([&](std::size_t j) {
+    check.cells(j, swept, dips, report, rows[j], rows[std::min(j + 1, lattice.rows - 1)]);
+  });
+  // Cells that are not settled as a whole, at edges most of all, are divided; the worst of them,
+  // and the few that are still open with more of the moves.
+  std::vector<RowFindings::Open> open;
+  double bound = -1;
+  std::size_t cells = 0, proven = 0;
+  for (const RowFindings& row : rows) {
+    open.insert(open.end(), row.open.begin(), row.open.end());
+    bound = std::fmax(bound, row.bound);
+    cells += row.cells;
+    proven += row.proven_cells;
+  }
+  // Of what cannot be within the limit no more is asked than that it is known already.
+  const auto enough = [&](const RowFindings::Open& one) {
+    return one.over ? std::fmax(check.limit(), report.max_excess) : check.limit();
+  };
+  const auto settle = [&] {
+    std::erase_if(open, [&](const RowFindings::Open& one) {
+      if (one.bound > enough(one)) return false;
+      bound = std::fmax(bound, one.bound);
+      if (one.bound <= check.limit()) ++proven;
+      return true;
+    });
+  };
+  settle();
+  struct Look {
+    int halvings;
+    std::size_t most;
+  };
+  for (const Look& look : {Look{1, kMostDivided}, Look{3, kMostDividedFinely}}) {
+    if (open.size() > look.most) {
+      std::sort(open.begin(), open.end(), [](const auto& p, const auto& q) {
+        return p.bound != q.bound ? p.bound > q.bound : p.cell < q.cell;
+      });
+      if (std::isfinite(open[look.most].bound)) bound = std::fmax(bound, open[look.most].bound);
+      open.resize(look.most);
+      std::sort(open.begin(), open.end(),
+                [](const auto& p, const auto& q) { return p.cell < q.cell; });
+    }
+    if (open.empty()) break;
+    std::vector<std::size_t> numbers;
+    std::vector<double> asked;
+    for (const RowFindings::Open& one : open) {
+      numbers.push_back(one.cell);
+      asked.push_back(enough(one));
+    }
+    CellBounds divided(*cutter, lattice, std::move(numbers), look.halvings);
+    walked = each_moves(
+        path, joined, [&](std::span<const SweepMove> some) { divided.add(some, options.threads); },
+        [](std::span<const ClPoint>) {});
+    if (!walked) return walked.error();
+    const std::vector<double> least = divided.bounds(mesh, deviation, asked, options.threads);
+    for (std::size_t k = 0; k < open.size(); ++k) {
+      open[k].bound = std::fmin(open[k].bound, least[k]);
+    }
+    settle();
+  }
+  for (const RowFindings::Open& one : open) {
+    if (std::isfinite(one.bound)) bound = std::fmax(bound, one.bound);
+  }
   report.excess_bound = std::fmax(0, bound + off - report.max_excess);
   report.proven_part = cells > 0 ? static_cast<double>(proven) / static_cast<double>(cells) : 0;
   report.cusp_p50 = percentile(cusps, 0.5);

@@ -37,12 +37,13 @@ enum class CutState : std::uint8_t {
 struct VerifyReport {
   double max_gouge = 0;
   Vec3 max_gouge_at = Vec3::Zero();
-  double max_excess = 0;  // material left where the cutter fits, along the normal
+  double max_excess = 0;  // material left where the cutter fits: the distance to the part, or how
+                          // deep a cutter beside a wall could reach into it
   Vec3 max_excess_at = Vec3::Zero();
-  // Between the points: in no cell of four points that are cut, that no wall runs through and that
-  // some move comes over as a whole, does more stay than max_excess + excess_bound, by the distance
-  // to the surface or, where that is less, straight up and leaned by the flattest corner's normal;
-  // over that part of the cells of four cut points it is proven to be within the limit.
+  // Between the points: in no cell of four points that are cut, and where the cutter could stand if
+  // more than the limit stays, does more stay than max_excess + excess_bound, by the distance to
+  // the part, as far as moves come over the cell's sixteenths as a whole; `proven_part` of these
+  // cells is proven to be within the limit.
   double excess_bound = 0, proven_part = 0;
   double cusp_p50 = 0, cusp_p99 = 0,
          cusp_max = 0;    // over the points that are cut to the limit or better
@@ -67,8 +68,8 @@ using PathSource = std::function<Status(const PathTaker& take)>;
 // Gouges are the depth of the part in the volume that each move sweeps, found over a mesh of the
 // surface that is at most `deviation` away from it, whole triangles against whole moves, and at the
 // lattice's points on the surface itself. What stays is examined at the lattice's points: the
-// lowest height of the swept volumes over the surface, times the normal's z, or the distance to the
-// surface where an edge is nearer; and bounded between them (excess_bound). Tiny moves are joined
+// distance of the lowest height of the swept volumes from the part, where it is above the limit
+// straight up; and bounded between them (excess_bound). Tiny moves are joined
 // where that changes no more than 1/256 of both tolerances, which the bounds hold.
 // Needs: the mesh reaches a cutter's radius beyond the domain. Errors: kInput for a wrong cutter, a
 // path without a move, a spacing that gives too many points; the source's. Same result for any

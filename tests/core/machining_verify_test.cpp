@@ -10,7 +10,9 @@
 #include "core/machining/gouge_search.h"
 #include "core/machining/swept_heights.h"
 #include "core/machining/tool_path_plan.h"
+#include "core/machining/wide_surface.h"
 #include "core/part_program/part_program.h"
+#include "core/tessellate/tessellate.h"
 #include "tests/support/height_mesh.h"
 #include "tests/support/random_program.h"
 
@@ -202,9 +204,10 @@ TEST(CellBounds, HoldAtARidgeAndComeCloseToWhatStays) {
     part.push_back(height(lattice.x(i), lattice.y(j)));
     if (i + 1 < lattice.columns && j + 1 < lattice.rows) cells.push_back(k);
   }
-  CellBounds look(cutter, lattice, part, cells);
+  CellBounds look(cutter, lattice, cells, 1);
   look.add(moves, 1);
-  const std::vector<double> bounds = look.bounds(mesh, 0, 1e-4, 1);
+  const std::vector<double> bounds =
+      look.bounds(mesh, 0, std::vector<double>(cells.size(), 1e-4), 1);
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const double x0 = lattice.x(cells[c] % lattice.columns);
     const double y0 = lattice.y(cells[c] / lattice.columns);
@@ -301,6 +304,91 @@ TEST(VerifyPath, ABlindPathIsNotCalledGood) {
   EXPECT_EQ(report.max_gouge, 0);
   EXPECT_GT(report.max_excess, 4.9);
   EXPECT_GT(report.uncut_area, 500);
+}
+
+CompoundSurface surface_of(const std::string& solids, const std::string& boole,
+                           const std::string& domain) {
+  Diagnostics diagnostics;
+  const auto program = parse_part_program(
+      "SOLID-DEF\n" + solids + "BSURF-DEF\nPLANE,0\nBOOLE-DEF\n" + boole + "\nMACHI-DEF\n" + domain,
+      "part", diagnostics);
+  Result<CompoundSurface> made = CompoundSurface::make(*program);
+  return std::move(made.value());
+}
+
+struct Checked {
+  VerifyReport found;
+  double deviation = 0;
+};
+
+Checked checked(const CompoundSurface& surface, const ToolPath& path, const Cutter& cutter,
+                double outtol, double cusp) {
+  TessellationOptions how;
+  how.tolerance = outtol / 16;
+  const Tessellation mesh = tessellate(widened(surface, cutter.diameter / 2).value(), how).value();
+  VerifyOptions options;
+  options.cutter = cutter;
+  options.intol = options.outtol = outtol;
+  options.cusp = cusp;
+  options.threads = 2;
+  const double deviation = mesh.report.certified_deviation;
+  return {verify_path(surface, mesh.mesh, deviation, path, options).value(), deviation};
+}
+
+VerifyReport of_planned(const CompoundSurface& surface, const Cutter& cutter) {
+  PathOptions options;
+  options.cutter = cutter;
+  options.cusp = 0.1;
+  options.intol = options.outtol = 0.01;
+  options.threads = 2;
+  return checked(surface, plan_path(surface, options).value().path, cutter, 0.01, 0.1).found;
+}
+
+constexpr char kBlock[] = "S1,4-PRIS,3\nP1,10,-5,-1\nP2,20,30,4\n";
+
+// A wall that was followed too far off: as much stays on it as was left, and not the next number
+// that a search by doublings comes to.
+TEST(VerifyPath, OnAWallItTellsHowMuchIsLeft) {
+  const CompoundSurface surface = surface_of(kBlock, "B+S1", "X-RNG,0,30\nY-RNG,0,20\nTOLER,.01\n");
+  for (const double off : {0.033, 0.05, 0.071}) {
+    ToolPath path;
+    // The ground, then the top; a flat end of 6 all over both.
+    path.points = {{{0, 0, 20}, Motion::kRapid}};
+    const auto pass = [&](double x, double z) {
+      const bool up = path.points.size() % 4 < 2;
+      path.points.push_back({{x, up ? 0.0 : 20.0, path.points.back().tip.z()}, Motion::kFeed});
+      path.points.push_back({{x, up ? 0.0 : 20.0, z}, Motion::kFeed});
+      path.points.push_back({{x, up ? 20.0 : 0.0, z}, Motion::kFeed});
+      path.points.push_back({{x, up ? 20.0 : 0.0, 20}, Motion::kFeed});
+    };
+    for (const double x : {0.0, 3.5, 7 - off}) pass(x, 0);
+    for (const double x : {9.0, 12.0, 15.0, 18.0, 21.0}) pass(x, 4);
+    for (const double x : {23.0, 26.5, 30.0}) pass(x, 0);
+    const Checked result = checked(surface, path, {6, 0}, 0.01, 0.01);
+    const double touch = 2 * result.deviation + 0.02 / 16;
+    EXPECT_EQ(result.found.max_gouge, 0);
+    EXPECT_LE(result.found.max_excess, off + 1e-9) << off;
+    // Cells of 0.075 are divided to sixteenths.
+    EXPECT_LE(result.found.max_excess + result.found.excess_bound, off + 0.006) << off;
+    EXPECT_GE(result.found.max_excess + result.found.excess_bound, off - touch) << off;
+  }
+}
+
+// Between the points of a path that keeps the limit no more is told to stay than does: beside a
+// wall that runs along a row of the lattice, on sides that steepen to upright, where a flat end's
+// passes end beside each other.
+TEST(VerifyPath, TheBoundBetweenThePointsIsNearTheLimit) {
+  const CompoundSurface wall = surface_of(kBlock, "B+S1", "X-RNG,0,30\nY-RNG,0,20\nTOLER,.01\n");
+  const CompoundSurface log = surface_of("S1,R-CYLI,1\nP1,-5,8,0\nP2,30,14,0\nRAD,3\n", "B+S1",
+                                         "X-RNG,0,24\nY-RNG,0,20\nTOLER,.01\n");
+  for (const auto& [name, surface] : {std::pair{"wall", &wall}, {"log", &log}}) {
+    for (const Cutter& cutter : {Cutter{6, 3}, Cutter{6, 0}}) {
+      const VerifyReport found = of_planned(*surface, cutter);
+      EXPECT_LE(found.max_excess + found.excess_bound, 0.13)
+          << name << " " << cutter.corner_radius << " excess " << found.max_excess;
+      EXPECT_GE(found.proven_part, 0.995) << name << " " << cutter.corner_radius;
+    }
+  }
 }
 
 }  // namespace
