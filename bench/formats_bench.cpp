@@ -235,6 +235,8 @@ BENCHMARK_CAPTURE(read_bytes_of, stl_ascii_weld, kStl, true, false, 1)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(read_bytes_of, ply_binary, kPly, false, true, 1)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(read_bytes_of, obj, kObj, false, false, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(read_bytes_of, obj_with_normals, kObj, false, true, 1)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(read_bytes_of, obj_all_cores, kObj, false, false, 0)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
