@@ -127,7 +127,8 @@ ExitStatus convert(const Options& options, const CommonOptions& common, MeshFile
     return report(Error{done.error().code, done.error().message, {options.input, 0, 0, -1}});
   }
   warn(options.input, doubts);
-  warn(target.path, lost_in(*target.format, in.mesh, options.out.ascii));
+  warn(options.input, assumed_in(target, in.mesh));
+  warn(target.path, lost_in(target, in.mesh, options.out));
   OutputFiles files;
   WriteOptions write;
   write.lines = true;

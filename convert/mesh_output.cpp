@@ -22,6 +22,10 @@ bool has_id(const Format& format, std::initializer_list<std::string_view> ids) {
 bool has_ascii_form(const Format& format) { return has_id(format, {"stl", "ply"}); }
 bool has_draco_form(const Format& format) { return has_id(format, {"gltf", "glb"}); }
 
+bool as_ascii(const MeshTarget& target, const MeshOutputOptions& options) {
+  return has_ascii_form(*target.format) && (options.ascii || target.path == "-");
+}
+
 Result<const Format*> format_of_target(const std::string& path, std::string_view stdout_format) {
   if (path == "-") {
     for (const Format* format : all_formats()) {
@@ -86,14 +90,17 @@ Result<WrittenMesh> write_mesh(OutputFiles& files, const MeshTarget& target,
                                const TriangleMesh& mesh, const MeshOutputOptions& options,
                                WriteOptions write) {
   write.program_comment = "diesink " DIESINK_VERSION;
-  write.ascii = has_ascii_form(*target.format) && (options.ascii || target.path == "-");
+  write.ascii = as_ascii(target, options);
   write.draco = has_draco_form(*target.format) && options.draco;
   write.draco_speed = options.draco_speed.value_or(write.draco_speed);
   write.quantize_bits = options.quantize_bits;
   return write_mesh_file(target.path, mesh, std::move(write), files, target.format);
 }
 
-std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh, bool ascii) {
+std::vector<std::string> lost_in(const MeshTarget& target, const TriangleMesh& mesh,
+                                 const MeshOutputOptions& options) {
+  const Format& format = *target.format;
+  const bool ascii = as_ascii(target, options);
   const bool stl = format.id == "stl";  // its two kinds keep different things
   struct Part {
     Keeps kept;
@@ -119,6 +126,20 @@ std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh,
     }
   }
   return lost;
+}
+
+std::vector<std::string> assumed_in(const MeshTarget& target, const TriangleMesh& mesh) {
+  const bool no_unit = mesh.unit == LengthUnit::kUnknown, no_up = mesh.up == UpAxis::kUnknown;
+  // The others have the numbers as they are.
+  if (!has_id(*target.format, {"gltf", "glb"}) || (!no_unit && !no_up)) return {};
+  std::string text = std::string(no_unit && no_up ? "unit and up axis are"
+                                 : no_unit        ? "the unit is"
+                                                  : "the up axis is") +
+                     " not told: glTF, which is in metres and Y up, gets the mesh as ";
+  text += no_unit ? (no_up ? "mm and Z up" : "mm") : "Z up";
+  text +=
+      no_unit ? (no_up ? "; --units-in and --up-in say" : "; --units-in says") : "; --up-in says";
+  return {text + " otherwise"};
 }
 
 }  // namespace diesink

@@ -49,6 +49,10 @@ Result<WrittenMesh> write_mesh(OutputFiles& files, const MeshTarget& target,
                                WriteOptions write);
 
 // One line for each thing the mesh holds that the format does not: "STL keeps no lines".
-std::vector<std::string> lost_in(const Format& format, const TriangleMesh& mesh, bool ascii);
+std::vector<std::string> lost_in(const MeshTarget& target, const TriangleMesh& mesh,
+                                 const MeshOutputOptions& options);
+
+// What the target's format must say and the mesh does not: which unit and up axis are assumed.
+std::vector<std::string> assumed_in(const MeshTarget& target, const TriangleMesh& mesh);
 
 }  // namespace diesink

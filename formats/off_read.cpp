@@ -109,7 +109,12 @@ class OffReader {
     more();
     const char* const at = text_.at();
     const std::string_view word = text_.word();
-    const std::optional<Keyword> keyword = keyword_of(word);
+    std::optional<Keyword> keyword = keyword_of(word);
+    if (!keyword && integer_of(word)) {
+      // The format's manual lets the keyword be left out.
+      keyword.emplace();
+      text_.move_to(at);
+    }
     if (!keyword) return text_.error("found " + quoted(word) + ", expected the keyword 'OFF'", at);
     keyword_ = *keyword;
     if (keyword_.four || keyword_.many) {

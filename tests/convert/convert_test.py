@@ -82,6 +82,22 @@ class Convert(CommandLineTest):
         text = self.run_program("convert", source, "out.stl", "--units-in", "mm", "--ascii").stderr
         self.assertIn(b"units", text)
         self.assertNotIn(b"names", text)
+        # To stdout goes text, without being asked for.
+        text = self.run_program("convert", source, "-", "--format", "stl", "--units-in", "mm").stderr
+        self.assertIn(b"ASCII STL keeps no units", text)
+        self.assertNotIn(b"names", text)
+
+    def test_a_unit_or_axis_that_gltf_needs_and_nobody_told_is_told(self):
+        source = self.write("in.obj", TETRA)
+        for options, said in [([], b"unit and up axis are not told"), (["--units-in", "cm"], b"the up axis is not told"),
+                              (["--up-in", "y"], b"the unit is not told"), (["--units-in", "mm", "--up-in", "z"], None)]:
+            for name in ("out.glb", "out.gltf"):
+                done = self.run_program("convert", source, name, *options)
+                if said is None:
+                    self.assertNotIn(b"not told", done.stderr)
+                else:
+                    self.assertIn(b"in.obj: warning: " + said, done.stderr)
+        self.assertNotIn(b"not told", self.run_program("convert", source, "out.ply").stderr)
 
     def test_stdin_and_stdout(self):
         source = TETRA.encode()
