@@ -74,7 +74,7 @@ void set_speeds(ToolPath& path, const PathRequest& request) {
 }
 
 bool is_kept(const PathReport& r, const PathOptions& options) {
-  return r.uncertified_area <= 0 && r.left_area <= 0 &&
+  return r.uncertified_area <= 0 && r.left_area <= 0 && r.unsettled_area <= 0 &&
          r.overcut_bound <= options.intol * (1 + 1e-9);
 }
 

@@ -54,11 +54,14 @@ double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOpt
     report.closing_runs += runs.size();
     cut_nearest_first(std::move(runs), options.oneway, stream, joiner);
   }
-  const LeftOver::Rest rest = left.rest();
-  report.left_area = rest.area;
-  report.left_height = rest.height;
-  report.left_spacing = left.spacing();
   return worst;
+}
+
+void tell_left_over(LeftOver& left, PathReport& report) {
+  const LeftOver::Rest rest = left.rest();
+  report.left_area += rest.area;
+  report.left_height = std::fmax(report.left_height, rest.height);
+  report.left_spacing = std::fmax(report.left_spacing, left.spacing());
 }
 
 }  // namespace diesink

@@ -23,10 +23,13 @@ struct ClosingOptions {
 };
 
 // Cuts runs over rows of the lattice, first far apart, then closer, where the rows before did not
-// help. Fills closing_runs, left_area, left_height and left_spacing of the report.
+// help. Counts closing_runs of the report.
 // Needs: `left` has every move so far and is given those of `joiner` as they come. Bound: returns
 // the most by which a move lies under the lowest safe height of the offset's cutter.
 double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
                        const PathStream& stream, PathJoiner& joiner, PathReport& report);
+
+// Adds what still stays to left_area, left_height and left_spacing of the report.
+void tell_left_over(LeftOver& left, PathReport& report);
 
 }  // namespace diesink

@@ -70,7 +70,8 @@ void LeftOver::Points::take(std::size_t k, double height, const Vec3& normal) {
 
 LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
                    const PointDrop& drop, const CutterShape& cutter, const FrameDomain& domain,
-                   const LeftOverLimits& limits, double spacing, int threads)
+                   const LeftOverLimits& limits, double spacing, int threads,
+                   std::span<const PlanBox> places)
     : offset_(&offset),
       drop_(&drop),
       cutter_(cutter),
@@ -85,16 +86,38 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
     x1 = std::max(x1, c.x());
     y1 = std::max(y1, c.y());
   }
+  if (!places.empty()) {
+    PlanBox all{kInfinity, -kInfinity, kInfinity, -kInfinity};
+    for (const PlanBox& place : places) {
+      all.x0 = std::min(all.x0, place.x0);
+      all.x1 = std::max(all.x1, place.x1);
+      all.y0 = std::min(all.y0, place.y0);
+      all.y1 = std::max(all.y1, place.y1);
+    }
+    x0_ = std::max(x0_, all.x0);
+    y0_ = std::max(y0_, all.y0);
+    x1 = std::max(x0_, std::min(x1, all.x1));
+    y1 = std::max(y0_, std::min(y1, all.y1));
+  }
   step_ = std::max(spacing, std::sqrt((x1 - x0_) * (y1 - y0_) / kMostPoints));
   columns_ = static_cast<std::size_t>(std::floor((x1 - x0_) / step_)) + 1;
   rows_ = static_cast<std::size_t>(std::floor((y1 - y0_) / step_)) + 1;
   lattice_.resize(columns_ * rows_);
+  const double R = cutter.radius();
+  reach_ = {x0_ - R, x(columns_ - 1) + R, y0_ - R, y(rows_ - 1) + R};
   const double hair = 1e-9 * cutter.radius();
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
       const Span inside = domain_.pass(y(j));
+      std::vector<bool> asked(columns_, places.empty());
+      for (const PlanBox& place : places) {
+        if (y(j) < place.y0 || y(j) > place.y1) continue;
+        for (std::size_t i = 0; i < columns_; ++i) {
+          if (x(i) >= place.x0 && x(i) <= place.x1) asked[i] = true;
+        }
+      }
       for (std::size_t i = 0; i < columns_; ++i) {
-        if (x(i) < inside.x0 - hair || x(i) > inside.x1 + hair) continue;
+        if (!asked[i] || x(i) < inside.x0 - hair || x(i) > inside.x1 + hair) continue;
         const Vec3 p = offset.from_frame({x(i), y(j), 0});
         const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
         if (cc) lattice_.take(j * columns_ + i, cc->z, offset.to_frame(cc->n));
@@ -174,6 +197,10 @@ void LeftOver::add_between(const CompoundSurface& surface) {
 }
 
 void LeftOver::cut(const Vec3& from, const Vec3& to) {
+  if (std::max(from.x(), to.x()) < reach_.x0 || std::min(from.x(), to.x()) > reach_.x1 ||
+      std::max(from.y(), to.y()) < reach_.y0 || std::min(from.y(), to.y()) > reach_.y1) {
+    return;
+  }
   waiting_.push_back({from, to});
   if (waiting_.size() >= kMovesATime) flush();
 }

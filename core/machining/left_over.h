@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/compound/compound_surface.h"
@@ -25,11 +26,11 @@ class LeftOver {
   // `cutter` is the one that cuts, the offset's may be larger or smaller; `spacing` of the lattice,
   // wider where that gives more than two million points. On slopes and beside edges there are
   // points between, so that along the surface they are no further apart; up to two million of them.
-  // Everything is in the frame of `offset`.
+  // With `places` nothing else is looked at. Everything is in the frame of `offset`.
   // Needs: `surface` known over the domain; `offset` and `drop` outlive it.
   LeftOver(const CompoundSurface& surface, const OffsetSurface& offset, const PointDrop& drop,
            const CutterShape& cutter, const FrameDomain& domain, const LeftOverLimits& limits,
-           double spacing, int threads);
+           double spacing, int threads, std::span<const PlanBox> places = {});
 
   // A move of the cutter's tip.
   void cut(const Vec3& from, const Vec3& to);
@@ -95,6 +96,7 @@ class LeftOver {
   FrameDomain domain_;
   LeftOverLimits limits_;
   int threads_;
+  PlanBox reach_;  // where a tip may lower what stays
   double x0_ = 0, y0_ = 0, step_ = 1;
   std::size_t columns_ = 0, rows_ = 0;
   int most_parts_ = 8;  // to a side of a cell

@@ -175,8 +175,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
                                        machining.y_range[0], machining.y_range[1]};
     const double limit = options.outtol + *options.cusp;
     frame.emplace(offset, domain);
-    left.emplace(surface, offset, drop, *real, *frame,
-                 left_over_limits(limit),
+    left.emplace(surface, offset, drop, *real, *frame, left_over_limits(limit),
                  real->radius() / kLatticePart, options.threads);
     stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
   }
@@ -268,6 +267,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
                                              {tolerance, options.outtol / 4, grow,
                                               options.pattern == PathPattern::kOneway},
                                              stream, joiner, report));
+    tell_left_over(*left, report);
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();

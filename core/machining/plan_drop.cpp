@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "core/machining/closing_runs.h"
+#include "core/machining/doubtful_places.h"
 #include "core/machining/pass_positions.h"
 #include "core/machining/path_fit.h"
 #include "core/machining/path_interval.h"
@@ -61,11 +62,14 @@ Result<Budget> budget_of(const PathOptions& options, const CutterShape& real, do
   return b;
 }
 
+// Rows put in come no closer than this part of the level interval, or of the corner's own.
+constexpr double kLeastPart = 32;
+
 // What a block of passes and the strips behind them gives.
 struct Block {
   std::vector<std::vector<PassRun>> passes;
   std::vector<AddedRun> added;
-  double unsettled = 0;
+  std::vector<PlanBox> unsettled;
 };
 
 class DropPlanner {
@@ -94,11 +98,14 @@ class DropPlanner {
     ys_ = cusp_passes(offset_, mesh_, frame_, real, *options_.cusp * closer * closer, budget_.chord,
                       options_.threads);
     limit_ = limit;
-    least_ = level / 64;
+    // On slopes it is the corner that leaves a ridge.
+    const double r = real.corner(), h = std::fmin(*options_.cusp, r);
+    least_ = (r > 0 ? std::fmin(level, 2 * std::sqrt(h * (2 * r - h))) : level) / kLeastPart;
     margin_ = level / 4;
   }
 
-  Status plan(PathJoiner& joiner, PathStream& stream, PathReport& report) {
+  // Tells `doubts` of the places that are not bounded before the moves over them are made.
+  Status plan(PathJoiner& joiner, PathStream& stream, DoubtfulPlaces* doubts, PathReport& report) {
     const StripPieces pieces(offset_, ys_, kPassesABlock);
     const std::size_t blocks = (ys_.size() + kPassesABlock - 1) / kPassesABlock;
     double widest = 0, least = ys_.size() > 1 ? ys_.back() - ys_.front() : 0;
@@ -124,10 +131,17 @@ class DropPlanner {
           done[k] = plan_block(pieces, b);
         }
       });
+      std::vector<PlanBox> open;
+      for (std::size_t k = 0; k < count; ++k) {
+        open.insert(open.end(), done[k].unsettled.begin(), done[k].unsettled.end());
+      }
+      if (doubts != nullptr) doubts->add(open);
+      for (const PlanBox& box : open) {
+        if (doubts == nullptr) report.unsettled_area += (box.x1 - box.x0) * (box.y1 - box.y0);
+      }
       for (std::size_t k = 0; k < count; ++k) {
         const std::size_t b = down ? blocks - 1 - (first + k) : first + k;
         Block& block = done[k];
-        report.unsettled_area += block.unsettled;
         for (AddedRun& run : block.added) regions.add(std::move(run));
         for (std::size_t i = 0; i < block.passes.size(); ++i) {
           const std::size_t at = down ? block.passes.size() - 1 - i : i;
@@ -141,6 +155,7 @@ class DropPlanner {
             ys_[down ? b * kPassesABlock
                      : std::min(b * kPassesABlock + kPassesABlock, ys_.size()) - 1];
         cut_regions(regions.finished(reached, down), stream, joiner, report);
+        if (doubts != nullptr) doubts->forget(reached, down);
         block = {};
       }
     }
@@ -188,7 +203,7 @@ class DropPlanner {
       }
       last.emplace(std::move(contacts));
     }
-    out.unsettled = refiner.unsettled_area();
+    out.unsettled = refiner.unsettled();
     return out;
   }
 
@@ -278,12 +293,20 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   }
   std::optional<LeftOver> left;
   if (drop && surface != nullptr && real->corner() < limit) {
-    left.emplace(*surface, offset, *drop, *real, frame,
-                 left_over_limits(limit),
+    left.emplace(*surface, offset, *drop, *real, frame, left_over_limits(limit),
                  real->radius() / kLatticePart, options.threads);
     stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
   }
-  if (const Status done = planner.plan(joiner, stream, report); !done) return done.error();
+  std::optional<DoubtfulPlaces> doubts;
+  if (drop && surface != nullptr && !left) {
+    doubts.emplace(*surface, offset, *drop, *real, frame, left_over_limits(limit),
+                   real->radius() / kLatticePart, options.threads);
+    stream.watch([&](const Vec3& from, const Vec3& to) { doubts->cut(from, to); });
+  }
+  if (const Status done = planner.plan(joiner, stream, doubts ? &*doubts : nullptr, report);
+      !done) {
+    return done.error();
+  }
   if (drop && !stream.failed()) {
     WallRunOptions walls;
     walls.below = budget->below;
@@ -317,17 +340,25 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     cut_nearest_first(std::move(along_walls), options.pattern == PathPattern::kOneway, stream,
                       joiner);
   }
-  if (left && !stream.failed()) {
-    report.unsettled_area = 0;  // it is looked at instead
-    close_left_over(*left, *profile,
-                    {budget->below, budget->above / 2, grow,
-                     options.pattern == PathPattern::kOneway},
-                    stream, joiner, report);
+  double worst = budget->below;
+  if (!stream.failed() && (left || doubts)) {
+    const ClosingOptions closing{budget->below, budget->above / 2, grow,
+                                 options.pattern == PathPattern::kOneway};
+    if (left) {
+      report.unsettled_area = 0;  // it is looked at instead
+      worst = std::fmax(worst, close_left_over(*left, *profile, closing, stream, joiner, report));
+      tell_left_over(*left, report);
+    } else {
+      for (LeftOver& look : doubts->looks()) {
+        worst = std::fmax(worst, close_left_over(look, *profile, closing, stream, joiner, report));
+      }
+      for (LeftOver& look : doubts->looks()) tell_left_over(look, report);
+    }
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();
   report.mesh_deviation = deviation;
-  report.overcut_bound = budget->below - grow + budget->chord + deviation + budget->blend;
+  report.overcut_bound = worst - grow + budget->chord + deviation + budget->blend;
   report.undercut_bound = budget->above + grow + deviation + budget->blend;
   return report;
 }

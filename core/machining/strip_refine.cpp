@@ -34,6 +34,22 @@ double valley_shift(const RowPosition& p, const RowPosition& q, double dy) {
   return -e.y() / e.x() * dy;
 }
 
+// Shift to where the row `to`, which is at the height z beside p, is as high as p: that way, and no
+// farther than twice as far, as the tangent plane's contour leads.
+std::optional<double> level_shift(const RowContacts& to, const RowPosition& p, double z,
+                                  double shift) {
+  double low = 0, high = 2 * shift;
+  const std::optional<RowPosition> end = to.at(p.x + high);
+  if (!end || (end->z < p.z) == (z < p.z)) return std::nullopt;
+  for (int k = 0; k < 20; ++k) {
+    const double half = (low + high) / 2;
+    const std::optional<RowPosition> at = to.at(p.x + half);
+    if (!at) return std::nullopt;
+    ((at->z < p.z) == (z < p.z) ? low : high) = half;
+  }
+  return high;
+}
+
 // The ground at p, carried on by d on its tangent plane.
 RowPosition carried(const RowPosition& p, const Vec2& d) {
   RowPosition q = p;
@@ -188,30 +204,37 @@ double StripRefiner::left_at(const RowPosition& from, const RowContacts& to, dou
   }
   double best = kInfinity;
   bool border = from.border;
+  const auto bridge = [&](double shift) {
+    const std::optional<RowPosition> other = shift == 0 ? across : to.at(from.x + shift);
+    if (!other) return;
+    border = border || other->border;
+    const Vec2 d(shift, dy);
+    if (middle == nullptr) {
+      best = std::min(best, left_between(cutter, from, *other, d).sum());
+      return;
+    }
+    const double part = (middle->y() - (to.y() - dy)) / dy;
+    const std::optional<RowPosition> between = middle->at(from.x + part * shift);
+    if (!between) return;
+    border = border || between->border;
+    const double lean = between->slope.squaredNorm();
+    const double under = std::max(0.0, from.z + part * (other->z - from.z) - between->z) /
+                         std::sqrt(1 + (std::isinf(lean) ? 0 : lean));
+    best =
+        std::min(best, left_between(cutter, from, *other, d).ridge + under +
+                           std::max(left_between(cutter, from, *between, part * d).sink,
+                                    left_between(cutter, *between, *other, (1 - part) * d).sink));
+  };
   const std::array<double, 4> shifts{0, contour_shift(from, dy), contour_shift(*across, dy),
                                      valley_shift(from, *across, dy)};
   for (const double shift : shifts) {
-    if (!std::isfinite(shift)) continue;
-    const std::optional<RowPosition> other = shift == 0 ? across : to.at(from.x + shift);
-    if (!other) continue;
-    border = border || other->border;
-    const Vec2 d(shift, dy);
-    double left;
-    if (middle == nullptr) {
-      left = left_between(cutter, from, *other, d).sum();
-    } else {
-      const double part = (middle->y() - (to.y() - dy)) / dy;
-      const std::optional<RowPosition> between = middle->at(from.x + part * shift);
-      if (!between) continue;
-      border = border || between->border;
-      const double lean = between->slope.squaredNorm();
-      const double under = std::max(0.0, from.z + part * (other->z - from.z) - between->z) /
-                           std::sqrt(1 + (std::isinf(lean) ? 0 : lean));
-      left = left_between(cutter, from, *other, d).ridge + under +
-             std::max(left_between(cutter, from, *between, part * d).sink,
-                      left_between(cutter, *between, *other, (1 - part) * d).sink);
-    }
-    best = std::min(best, left);
+    if (std::isfinite(shift)) bridge(shift);
+    if (best <= limit_) return best;
+  }
+  // Where a steep contour bends: along it to the same height on the other row.
+  for (const double shift : {shifts[1], shifts[2]}) {
+    if (!std::isfinite(shift) || shift == 0) continue;
+    if (const std::optional<double> level = level_shift(to, from, across->z, shift)) bridge(*level);
     if (best <= limit_) return best;
   }
   if (border) {
@@ -238,11 +261,12 @@ double StripRefiner::left_at(const RowPosition& from, const RowContacts& to, dou
 
 std::vector<Stretch> StripRefiner::too_much(const RowContacts& a, const RowContacts& b,
                                             const RowContacts* middle,
-                                            std::span<const Stretch> among, Worst& worst,
-                                            std::vector<Stretch>* unsure) const {
+                                            std::span<const Stretch> among, double margin,
+                                            Worst& worst, std::vector<Stretch>* unsure) const {
   // Long pieces are looked at in steps, so that a short fault does not call for a long row; of
   // short ones only so many that the shortest step is a small part of an interval.
-  const double longest = offset_->cutter().radius() / 2, shortest = margin_ / 4;
+  const double longest = std::min(offset_->cutter().radius() / 2, 4 * margin);
+  const double shortest = margin / 4;
   std::vector<Stretch> bad;
   for (const bool down : {false, true}) {
     const RowContacts& from = down ? b : a;
@@ -276,7 +300,7 @@ std::vector<Stretch> StripRefiner::too_much(const RowContacts& a, const RowConta
       }
     }
   }
-  return joined(std::move(bad), margin_);
+  return joined(std::move(bad), margin);
 }
 
 void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
@@ -294,11 +318,14 @@ void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
                           int depth, std::vector<AddedRow>& out) {
   Worst worst;
   std::vector<Stretch> unsure;
-  std::vector<Stretch> looks = too_much(a, b, nullptr, among, worst, &unsure);
+  std::vector<Stretch> looks = too_much(a, b, nullptr, among, margin_, worst, &unsure);
   const double width = b.y() - a.y();
   const bool bad = !looks.empty();
   if (width <= least_ || depth == kDeepest) {
-    for (const Stretch& run : looks) unsettled_ += (run.x1 - run.x0) * width;
+    // Where in them, closely: what is told should be no more than what is not known.
+    for (const Stretch& run : too_much(a, b, nullptr, looks, width, worst, nullptr)) {
+      unsettled_.push_back({run.x0, run.x1, a.y(), b.y()});
+    }
     return;
   }
   if (width > 2 * margin_) looks.insert(looks.end(), unsure.begin(), unsure.end());
@@ -324,7 +351,7 @@ void StripRefiner::refine(const RowContacts& a, const RowContacts& b,
     UpperEnvelope().take(profile);
     const RowContacts middle(*offset_, y, std::move(profile));
     Worst still;
-    const std::vector<Stretch> needed = too_much(a, b, &middle, looks, still, nullptr);
+    const std::vector<Stretch> needed = too_much(a, b, &middle, looks, margin_, still, nullptr);
     if (needed.empty()) continue;
     AddedRow row{y, clipped(middle.profile(), padded(needed, margin_))};
     const RowContacts cut(*offset_, row.y, row.profile);

@@ -43,19 +43,20 @@ class StripRefiner {
   void refine(const RowContacts& a, const RowContacts& b, std::span<const StripPieces::Item> items,
               std::vector<AddedRow>& out);
 
-  // Plan area between rows `least` apart that the bound could not settle.
-  [[nodiscard]] double unsettled_area() const { return unsettled_; }
+  // Where the cutter's tip stands between rows less than twice `least` apart that the bound could
+  // not settle, in the order they were met.
+  [[nodiscard]] const std::vector<PlanBox>& unsettled() const { return unsettled_; }
 
  private:
   struct Worst {
     double left = 0, y = 0;  // of the place that leaves most, and where a row would help
   };
   // The parts of `among` where too much stays between a and b, given what a row between is known
-  // to be.
-  // Where `unsure` is given, those where it cannot tell go there.
+  // to be; those closer than `margin` are one, and short pieces are looked at a quarter of it
+  // apart. Where `unsure` is given, those where it cannot tell go there.
   std::vector<Stretch> too_much(const RowContacts& a, const RowContacts& b,
                                 const RowContacts* middle, std::span<const Stretch> among,
-                                Worst& worst, std::vector<Stretch>* unsure) const;
+                                double margin, Worst& worst, std::vector<Stretch>* unsure) const;
   [[nodiscard]] double left_at(const RowPosition& from, const RowContacts& to, double dy,
                                const RowContacts* middle, Worst& worst) const;
   // What stays between the foot of a wall and the ground beside it; empty where from and across are
@@ -69,7 +70,7 @@ class StripRefiner {
   const OffsetSurface* offset_;
   const FrameDomain* domain_;
   double chord_, limit_, least_, margin_, wall_;
-  double unsettled_ = 0;
+  std::vector<PlanBox> unsettled_;
   std::vector<StripPieces::Item> near_;
 };
 

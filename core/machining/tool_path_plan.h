@@ -53,10 +53,11 @@ struct PathReport {
   std::size_t passes = 0, points = 0;
   double feed_length = 0, rapid_length = 0;
   double least_interval = 0, greatest_interval = 0;
-  std::size_t added_runs = 0;    // put in between passes, where they would leave too much
-  std::size_t wall_runs = 0;     // along the feet of walls
-  double unsettled_area = 0;     // in plan, where what stays between passes could not be bounded
-  std::size_t closing_runs = 0;  // over what the passes left too high (flat ends and cc)
+  std::size_t added_runs = 0;  // put in between passes, where they would leave too much
+  std::size_t wall_runs = 0;   // along the feet of walls
+  // In plan, where what stays between passes could not be bounded and nothing looked at it.
+  double unsettled_area = 0;
+  std::size_t closing_runs = 0;  // over what was seen to stay too high between passes
   // Where the cutter fits and more than OUTTOL and the cusp height stays: the plan area and the
   // most that does, seen on a lattice of this spacing; 0 spacing where the passes bound it by
   // themselves.

@@ -181,13 +181,20 @@ class WallFollower {
     if (!(line.length > 0)) return;
     // Only where the cutter stands beside the wall and not on something.
     low_.clear();
-    for (const ProfileSegment& s : profile_.take(a, b, kNoContact)) {
-      const auto depth = [&](double x, double z) {
-        return top_a + x / line.length * (top_b - top_a) - offset_.cutter().corner() - z;
+    for (ProfileSegment s : profile_.take(a, b, kNoContact)) {
+      const auto deeper = [&](double x, double z) {
+        return top_a + x / line.length * (top_b - top_a) - offset_.cutter().corner() - z -
+               options_.least_depth;
       };
-      if (depth(s.x0, s.z0) > options_.least_depth && depth(s.x1, s.z1) > options_.least_depth) {
-        low_.push_back(s);
+      const double at0 = deeper(s.x0, s.z0), at1 = deeper(s.x1, s.z1);
+      if (!(at0 > 0) && !(at1 > 0)) continue;
+      if (!(at0 > 0) || !(at1 > 0)) {  // from where it is deep enough, or up to there
+        const double t = at0 / (at0 - at1);
+        const double x = s.x0 + t * (s.x1 - s.x0), z = s.z0 + t * (s.z1 - s.z0);
+        (at0 > 0 ? s.x1 : s.x0) = x;
+        (at0 > 0 ? s.z1 : s.z0) = z;
       }
+      low_.push_back(s);
     }
     for (const PassRun& run : fit_runs(low_, options_.below, options_.above, 1e-7 * radius_)) {
       for (const Vec2& p : run) {
