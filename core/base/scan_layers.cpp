@@ -25,6 +25,8 @@ constexpr double kLeastStep = 0.5;
 // Of the strips' width: points that close are one.
 constexpr double kSnap = 1e-3;
 constexpr int kMostAttempts = 64;
+// Of the way from an edge of a piece to its middle: where it is looked at.
+constexpr double kBesideEdge = 1e-6;
 
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -215,9 +217,9 @@ void LayerJoiner::place_feet() {
 void LayerJoiner::choose_faces(const std::vector<char>& marks) {
   part_.assign(faces_.size(), Part::kWhole);
   for (std::size_t f = 0; f < faces_.size(); ++f) {
-    if (faces_[f][0] == kNone || (marks[f] & ScannedSurface::Layers::kUnder) != 0)
-      part_[f] = Part::kHidden;
+    if ((marks[f] & ScannedSurface::Layers::kUnder) != 0) part_[f] = Part::kHidden;
     if ((marks[f] & ScannedSurface::Layers::kCrosses) != 0) part_[f] = Part::kJoined;
+    if (faces_[f][0] == kNone) part_[f] = Part::kHidden;
   }
   std::vector<std::uint32_t> over;
   for (const Rim& rim : rims_) {
@@ -598,8 +600,10 @@ void LayerJoiner::take_cell(const std::array<std::uint32_t, 3>& v, bool all_line
     return std::fabs(hit.z + hit.zx * (q.x() - m.x()) + hit.zy * (q.y() - m.y()) - q.z());
   };
   bool proven = off(a) <= lean_ && off(b) <= lean_ && off(c) <= lean_;
-  // Without some of the lines it may be more than one piece.
-  for (const Vec3& q : {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {
+  // Without some of the lines it may be more than one piece. (Looked at beside its edges: on one at
+  // the border of the scan the scan is there or not by rounding.)
+  for (const Vec3& edge : {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {
+    const Vec3 q = edge + kBesideEdge * (m - edge);
     double z = 0;
     if (!all_lines) proven = proven && top(q.head<2>(), z) && std::fabs(z - q.z()) <= lean_;
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/scan_sheet.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -16,6 +17,20 @@ namespace diesink {
 namespace {
 
 constexpr std::uint32_t kNone = ScanSheet::kNone;
+
+// Of the strips' width: a steep face that is no wider in plan counts as upright. (Walls turned in
+// space have coordinates off by rounding.)
+constexpr double kWallWidth = 1e-3;
+constexpr double kWallSlope = 1e3;
+
+bool is_wall(const Vec3& a, const Vec3& b, const Vec3& c, double width) {
+  const Vec3 u = b - a, v = c - a, w = c - b;
+  const double longest2 =
+      std::max({u.head<2>().squaredNorm(), v.head<2>().squaredNorm(), w.head<2>().squaredNorm()});
+  const Vec3 n = u.cross(v);
+  const double flat2 = n.z() * n.z();
+  return flat2 <= width * width * longest2 && flat2 * (kWallSlope * kWallSlope) < n.squaredNorm();
+}
 
 // One side of the box: a coordinate, and which side of it is kept.
 struct Side {
@@ -171,6 +186,7 @@ ScanSheet top_sheet(const ScannedSurface& scan, const PlanBox& box, double lean,
     const std::array<std::uint32_t, 3> t{first[of[0]], first[of[1]], first[of[2]]};
     const Vec3 &a = sheet.points[t[0]], &b = sheet.points[t[1]], &c = sheet.points[t[2]];
     const int side = turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
+    if (side != 0 && is_wall(a, b, c, kWallWidth * lean)) continue;
     if (side > 0) faces[k] = t;
     if (side < 0) faces[k] = {t[0], t[2], t[1]};
   }

@@ -441,6 +441,7 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   limits.flat = options.flat;
   limits.variant = options.variant;
   limits.most_cells = options.most_cells;
+  limits.may_widen = options.may_widen;
   limits.threads = options.threads;
   CellTree tree(surface, inner, limits);
   CellGraph graph = make_graph(surface, tree, options);

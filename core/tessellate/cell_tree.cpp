@@ -204,6 +204,10 @@ void CellTree::grow_all(const std::vector<Seed>& seeds) {
         divide(sprout.cells, 0);
         for (std::int32_t k = 0; k < 4; ++k) grow(sprout, 1 + k, seed.steps);
       }
+      if (sprout.stopped && !stopped && limits_.may_widen && sprout.wider == 1) {
+        sprout.stopped = false;
+        continue;
+      }
       if (sprout.cells.size() <= kMostOfASeed || sprout.stopped) return;
     }
   };

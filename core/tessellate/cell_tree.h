@@ -61,6 +61,7 @@ struct TreeLimits {
   double flat = 0;             // height under which candidates count as one surface
   int variant = 0;             // cells are cut elsewhere for each
   std::size_t most_cells = 0;  // where there would be more the tree stops; 0 = no limit
+  bool may_widen = false;      // with wider least cells first
   int threads = 0;             // 0 = all cores; the tree is the same for any number
 };
 

@@ -463,6 +463,10 @@ void LastCheck::check_bodies() {
 void last_check(const CompoundSurface& surface, int threads, Tessellation& made) {
   LastCheck(surface, threads, made).run();
   check_curves(surface, made);
+  // One place may be told for more than one reason.
+  TessellationReport& report = made.report;
+  const std::array<double, 4>& d = report.domain;
+  report.uncertified_area = std::fmin(report.uncertified_area, (d[1] - d[0]) * (d[3] - d[2]));
 }
 
 }  // namespace diesink

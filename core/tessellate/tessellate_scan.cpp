@@ -205,6 +205,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
   arrangement_options.variant = way.variant;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
+  arrangement_options.may_widen = !tiled && &way == kWays;
   for (std::size_t side = 0; side < 4; ++side) {
     if (seams[side]) arrangement_options.seams[side] = &*seams[side];
   }
