@@ -14,33 +14,46 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kTile = 4;  // points a side
 
+// How fast the cutter's lower surface rises along the move at b before its axis and w beside it.
+double rise_at(const CutterShape& cutter, double b, double w) {
+  const double rho = std::sqrt(b * b + w * w), d = rho - cutter.flat();
+  if (d <= 0) return 0;
+  const double below = (cutter.corner() - d) * (cutter.corner() + d);
+  return below > 0 ? d / std::sqrt(below) * b / rho : std::copysign(kInfinity, b);
+}
+
 // Where along the move, in plan length from its start, the cutter is lowest over a point that lies
-// at u along and w across it; the height along the move rises by `slope`. Found as the foot of the
-// moving cutter's contour: the slope of its lower surface along the move equals the move's own.
-double lowest_at(const CutterShape& cutter, double slope, double u, double w) {
-  const double r = cutter.corner(), a = cutter.flat(), across = std::fabs(w);
-  const double reach = std::sqrt(std::max(0.0, cutter.radius() * cutter.radius() - w * w));
-  if (slope == 0) return u;
+// at u along and w across it, between `first` and `last`; the height along the move rises by
+// `slope`. Found as the foot of the moving cutter's contour: the slope of its lower surface along
+// the move equals the move's own.
+double lowest_at(const CutterShape& cutter, double slope, double u, double w, double first,
+                 double last) {
+  const double r = cutter.corner(), a = cutter.flat();
+  if (slope == 0) return std::clamp(u, first, last);
   // The cutter is lowest when it stands on the downhill side: `back` along the move.
+  const double steep = std::fabs(slope), side = slope > 0 ? -1 : 1;
+  double low = std::max(0.0, side > 0 ? first - u : u - last);
+  double high = side > 0 ? last - u : u - first;
+  if (high <= low) return std::clamp(u, first, last);
   double back;
-  const double steep = std::fabs(slope);
   if (r <= 0) {
-    back = reach;
+    back = high;  // the rim
   } else if (a <= 0) {
-    back = steep / std::sqrt(1 + steep * steep) * reach;
+    back = steep / std::sqrt(1 + steep * steep) *
+           std::sqrt(std::max(0.0, cutter.radius() * cutter.radius() - w * w));
+  } else if (rise_at(cutter, high, w) <= steep) {
+    back = high;
   } else {
-    // slope of the height along the move at distance b: h'(rho) b / rho, rising with b.
-    double low = across < a ? std::sqrt(a * a - w * w) : 0, high = reach;
-    for (int k = 0; k < 50 && high - low > 1e-13 * cutter.radius(); ++k) {
-      const double b = low + (high - low) / 2;
-      const double rho = std::sqrt(b * b + w * w), d = rho - a;
-      const double below = (r - d) * (r + d);
-      const double rise = below > 0 ? d / std::sqrt(below) * b / rho : kInfinity;
-      (rise < steep ? low : high) = b;
+    // The rise grows with the distance; most often it is too much from the beginning of the piece.
+    if (rise_at(cutter, low, w) < steep) {
+      for (int k = 0; k < 50 && high - low > 1e-13 * cutter.radius(); ++k) {
+        const double b = low + (high - low) / 2;
+        (rise_at(cutter, b, w) < steep ? low : high) = b;
+      }
     }
     back = low;
   }
-  return slope > 0 ? u - back : u + back;
+  return std::clamp(u + side * back, first, last);
 }
 
 struct PlannedMove {
@@ -73,7 +86,7 @@ double height_over(const CutterShape& cutter, const PlannedMove& m, double x, do
   const double half = std::sqrt(half2);
   const double first = std::max(0.0, u - half), last = std::min(m.length, u + half);
   if (first > last) return kInfinity;
-  const double s = std::clamp(lowest_at(cutter, m.slope, u, w), first, last);
+  const double s = lowest_at(cutter, m.slope, u, w, first, last);
   return m.move.from.z() + m.slope * s +
          cutter.height(std::min(R, std::sqrt(w * w + (s - u) * (s - u))));
 }
