@@ -254,7 +254,9 @@ class AptReader {
         continue;
       }
       if (word == "TIMES") {
-        lines_.error(words_[k].column, "an arc of several turns (TIMES) is not supported");
+        lines_.error(words_[k].column, "an arc of several turns (" + major_.text +
+                                           " with TIMES) is not supported; expected one " +
+                                           major_.text + " and GOTO a turn");
         return;
       }
       double value = 0;
@@ -355,9 +357,12 @@ class AptReader {
       go_home();
     } else if (m == "GODLTA") {
       std::array<double, 3> v{0, 0, 0};
-      if (words_.size() != 3 || points_.count() == 0) {
-        lines_.error(major_.column, "GODLTA/ needs dx,dy,dz and a position before it");
-      } else if (numbers(0, 3, v.data())) {
+      const bool up = words_.size() == 1;  // along the tool's axis
+      if ((!up && words_.size() != 3) || points_.count() == 0) {
+        lines_.error(major_.column,
+                     "GODLTA with " + std::to_string(words_.size()) +
+                         " values; expected dx,dy,dz, or d along the axis, after a position");
+      } else if (up ? numbers(0, 1, &v[2]) : numbers(0, 3, v.data())) {
         points_.add(points_.last() + Vec3(v[0], v[1], v[2]),
                     rapid_ ? Motion::kRapid : Motion::kFeed);
         rapid_ = false;
@@ -419,7 +424,11 @@ class AptReader {
         return;  // arcs may climb, or no longer: their ends tell
       }
       lines_.error(major_.column,
-                   m + " is not supported; expected GOTO and arcs (CIRCLE, MOVARC, TLON,GOFWD)");
+                   m == "COPY"
+                       ? "COPY is not supported: its copies are not in the file; expected "
+                         "each copy's own GOTO and arcs, as a post-processor writes them out"
+                       : m + " is not supported; expected GOTO and arcs (CIRCLE, MOVARC, "
+                             "TLON,GOFWD)");
     } else if (m == "MULTAX" || m == "END-OF-PATH" || m == "TOOLPATH" || m == "PAINT" ||
                m == "COOLNT" || m == "MACHIN" || m == "STOP" || m == "OPSTOP" || m == "MODE" ||
                m == "CATPROCESS" || m == "TPNAME" || m == "LINTOL" || m == "DELAY" || m == "END" ||

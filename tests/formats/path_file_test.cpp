@@ -194,6 +194,9 @@ TEST(AptRead, DialectsOfOthers) {
   const auto relative = read("FROM/0,0,10\r\nGODLTA/1,0,-10\r\n", PathFormat::kApt);
   ASSERT_TRUE(relative);
   EXPECT_EQ(relative->points[1].tip, Vec3(1, 0, 0));
+  const auto down = read("FROM/1,2,10\nGODLTA/-4\n", PathFormat::kApt);
+  ASSERT_TRUE(down);
+  EXPECT_EQ(down->points[1].tip, Vec3(1, 2, 6));
   std::string card = "GOTO/1.,2.,3.";
   card.resize(72, ' ');
   const auto cards = read(card + "00000010\n" + card + "00000020\n", PathFormat::kApt);
@@ -316,7 +319,10 @@ TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
       {PathFormat::kApt, "GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,120\nGOTO/0,5,0\n",
        "2:1 an arc whose ANGLE is not that between its ends"},
       {PathFormat::kApt, "GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5,TIMES,2\nGOTO/5,0,0\n",
-       "2:22 an arc of several turns"},
+       "2:22 an arc of several turns (CIRCLE with TIMES) is not supported; expected one CIRCLE"},
+      {PathFormat::kApt, "INDEX/1\nGOTO/5,0,0\nINDEX/1,NOMORE\nCOPY/1,TRANSL,10,0,0,3\n",
+       "4:1 COPY is not supported: its copies"},
+      {PathFormat::kApt, "GOTO/5,0,0\nGODLTA/1,2\n", "2:1 GODLTA with 2 values"},
       {PathFormat::kApt, "GOTO/5,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,0,5,0)\n",
        "2:1 an arc needs a position and INDIRV"},
       {PathFormat::kApt, "GOTO/5,0,0\nTLON,GOFWD/(PLANE/0,0,1,5)\n", "2:1 TLON in a form"},
