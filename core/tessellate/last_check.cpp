@@ -2,6 +2,7 @@
 // rows of the coarsest dyadic spacing that passes through its middle.
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/last_check.h"
+#include "core/tessellate/home.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -38,8 +39,6 @@ constexpr int kBodyPoints = 3;
 constexpr std::size_t kMostProofs = 400;
 // As large as rounding turns an upright triangle, relative to its area, and absolutely to the size.
 constexpr double kTurned = 1e-9, kRounding = 1e-14;
-// Altitude, relative to the size, under which a triangle has no area.
-constexpr double kFlat = 1e-12;
 
 struct Sample {
   std::uint32_t row;  // on the finest level
@@ -241,7 +240,7 @@ void LastCheck::lay_samples() {
   const int coarsest = std::clamp(std::ilogb(height_ / cell), 0, kFinest);
   std::array<double, kFinest + 1> steps{};
   for (int k = 0; k <= kFinest; ++k) steps[static_cast<std::size_t>(k)] = std::ldexp(height_, -k);
-  const double flat2 = (kFlat * size) * (kFlat * size);
+  const double flat = least_altitude(surface_), flat2 = flat * flat;
   const double turned2 = kTurned * kTurned, rounding2 = (kRounding * size) * (kRounding * size);
   samples_.reserve(mesh_.triangles.size() * 2);
   for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {

@@ -28,8 +28,6 @@ constexpr double kSpacing = 0.93;
 constexpr int kTightRounds = 3;
 // Slopes between triangle and face up to which what lies near a chord can be told apart.
 constexpr double kGentle = 0.5;
-// Altitude of a triangle, relative to the size, that is none.
-constexpr double kFlat = 2e-12;
 // Chords of one region's border that cross, over all rounds: more are of borders that overlap.
 constexpr std::size_t kMostCrossings = 20'000;
 // Rounds of splitting chords for triangles that look down.
@@ -45,7 +43,7 @@ class Region {
         options_(options),
         chart_(surface, arrangement.regions[index].label, deviation.base()),
         filter_(deviation, arrangement.regions[index].label),
-        flat_(kFlat * surface.size) {
+        flat_(2 * options.least_altitude) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
   }
@@ -78,6 +76,7 @@ class Region {
   void insert_grid();
   [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
   [[nodiscard]] bool looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] bool may_round_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] bool has_no_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   // Distance between the triangle and its face, that of its vertices' chords from their arcs, and
@@ -330,6 +329,15 @@ bool Region::looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   return n.z() < 0 && n.z() < -1e-9 * n.norm();
 }
 
+// Nearer to upright than the rounding of vertices that are moved afterwards may turn it.
+bool Region::may_round_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  if (options_.largest_coordinate == 0) return false;
+  const double ulp = std::ldexp(options_.largest_coordinate, -52);
+  const Vec3 u = mesh_.position[b] - mesh_.position[a], v = mesh_.position[c] - mesh_.position[a];
+  return u.x() * v.y() - u.y() * v.x() <
+         2 * ulp * (u.head<2>().lpNorm<1>() + v.head<2>().lpNorm<1>());
+}
+
 bool Region::has_no_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
   const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
   return !((q - p).cross(r - p).norm() > flat_ * longest_edge(a, b, c));
@@ -477,7 +485,7 @@ RegionMesh Region::finish() {
   UnfoldRules rules;
   rules.tolerance = options_.tolerance * (1 + 1e-9);
   rules.is_wrong = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    return looks_down(a, b, c) || has_no_area(a, b, c);
+    return looks_down(a, b, c) || has_no_area(a, b, c) || may_round_down(a, b, c);
   };
   rules.bound = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return bound_of(face_bound_of(a, b, c), a, b, c);

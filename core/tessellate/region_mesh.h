@@ -34,6 +34,8 @@ struct RegionOptions {
   double min_angle = 0.40;   // radians in the chart
   double flat_angle = 0.24;  // on planes, where only the grading beside fine borders asks for any
   double shortest = 0;
+  double least_altitude = 0;      // of a triangle that has area
+  double largest_coordinate = 0;  // of the finished mesh, if it is moved: vertices will round to it
   int rounds = 24;
   int threads = 0;
   bool skip_base = false;  // a scanned base is not a face with a chart

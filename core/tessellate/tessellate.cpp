@@ -13,6 +13,7 @@
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
+#include "core/tessellate/home.h"
 #include "core/tessellate/last_check.h"
 #include "core/tessellate/mesh_report.h"
 #include "core/tessellate/plain_grid.h"
@@ -82,43 +83,28 @@ double common_floor(const CompoundSurface& surface, const PlanBox& domain) {
   return lowest - 0.1 * std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0);
 }
 
-}  // namespace
+// What of the plan is to be meshed, in the coordinates of the surface.
+struct Plan {
+  PlanBox domain, box;  // the whole, and the tile or the whole again
+  double tolerance = 0;
+  double least_altitude = 0;
+  double largest_coordinate = 0;  // where the mesh will be moved to; 0: it stays
+  std::vector<double> xs, ys;     // lines of the grid scheme
+};
 
-Result<Tessellation> tessellate(const CompoundSurface& given, const TessellationOptions& asked) {
-  const Machining& m = given.program().machining;
-  const double tolerance = asked.tolerance > 0 ? asked.tolerance : m.tolerance;
-  const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
-  const bool tiled = asked.tiles != std::array{1, 1};
-  TessellationOptions options = asked;
-  if (tiled && options.solid && !options.floor) options.floor = common_floor(given, domain);
-  const PlanBox box =
-      !tiled ? domain
-             : tile_box(options.cuts != nullptr ? *options.cuts
-                                                : tile_cuts(given, options.tiles, tolerance),
-                        options.tile);
-  if (options.scheme == MeshScheme::kGrid && !options.creases) {
-    return mesh_plain_grid(given, box, options);
-  }
-  std::optional<CompoundSurface> seen;  // a scan's, the same for all tiles
-  if (std::holds_alternative<MeshBase>(given.program().base)) {
-    if (options.scheme == MeshScheme::kAdaptive) return tessellate_scan(given, box, options);
-    Result<CompoundSurface> made = seen_surface(given, domain, tolerance, options.threads);
-    if (!made) return made.error();
-    seen.emplace(std::move(*made));
-  }
-  const CompoundSurface& surface = seen ? *seen : given;
+// The mesh but for its last check.
+Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan,
+                                const TessellationOptions& options) {
+  const double tolerance = plan.tolerance;
+  const bool tiled = options.tiles != std::array{1, 1};
   auto start = std::chrono::steady_clock::now();
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);
   };
   const bool grid = options.scheme == MeshScheme::kGrid;
-  std::vector<double> xs, ys;
-  if (grid) {
-    xs = grid_lines(m.x_range[0], m.x_range[1], m.x_interval);
-    ys = grid_lines(m.y_range[0], m.y_range[1], m.y_interval);
-  }
-  const double budget =
-      tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance();  // rounding of the vertices themselves
+  // Less the rounding of the vertices themselves, here and where they are moved to.
+  const double budget = tolerance * (1 - 1e-6) - 4 * surface.tie_tolerance() -
+                        std::ldexp(plan.largest_coordinate, -51);
   SamplingOptions sampling;
   sampling.sag = (tiled ? kSeamShare : kArcShare) * budget;
   sampling.flat_sag = (tiled ? kSeamShare : kFlatArcShare) * budget;
@@ -127,22 +113,24 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
   RegionOptions region_options;
   region_options.tolerance = budget;
   region_options.shortest = sampling.shortest;
+  region_options.least_altitude = plan.least_altitude;
+  region_options.largest_coordinate = plan.largest_coordinate;
   region_options.threads = options.threads;
   if (grid) {
-    region_options.grid_x = sampling.grid_x = &xs;
-    region_options.grid_y = sampling.grid_y = &ys;
+    region_options.grid_x = sampling.grid_x = &plan.xs;
+    region_options.grid_y = sampling.grid_y = &plan.ys;
   }
 
   SeamOptions seam_options;
-  seam_options.domain = domain;
+  seam_options.domain = plan.domain;
   seam_options.tolerance = budget;
   seam_options.sag = kSeamShare * budget;
   seam_options.shortest = sampling.shortest;
   seam_options.flat = flat_height(surface.impl(), tolerance);
-  seam_options.least =
-      least_cell(std::fmax(domain.x1 - domain.x0, domain.y1 - domain.y0), tolerance);
-  const std::array<std::optional<Seam>, 4> seams =
-      seams_of(surface, box, options, seam_options, region_options.grid_x, region_options.grid_y);
+  seam_options.least = least_cell(
+      std::fmax(plan.domain.x1 - plan.domain.x0, plan.domain.y1 - plan.domain.y0), tolerance);
+  const std::array<std::optional<Seam>, 4> seams = seams_of(
+      surface, plan.box, options, seam_options, region_options.grid_x, region_options.grid_y);
 
   // Where cells happen to lie decides how what is finer than the least cell is joined; what cannot
   // be meshed for that reason alone is found anew with cells that lie elsewhere.
@@ -158,8 +146,8 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
     for (std::size_t side = 0; side < 4; ++side) {
       if (seams[side]) arrangement_options.seams[side] = &*seams[side];
     }
-    Result<Arrangement> found = arrange(surface, box, arrangement_options);
-    if (!found && tiled && found.error().code == ErrorCode::kInput) return empty_tile(box);
+    Result<Arrangement> found = arrange(surface, plan.box, arrangement_options);
+    if (!found && tiled && found.error().code == ErrorCode::kInput) return empty_tile(plan.box);
     if (!found) return found.error();
     if (!found->keeps_seams) {
       if (variant + 1 < kVariants) continue;
@@ -208,10 +196,63 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
     report.doubts.clear();
     report.doubt_count = 0;
   }
-  last_check(surface, options.threads, *made);
   report.seconds_evaluate = evaluate;
   report.seconds_tessellate = seconds_since(start) - evaluate;
-  tell(1);
+  return made;
+}
+
+// Takes a finished mesh back to where the program has it.
+void move_back(const Vec2& way, Tessellation& made) {
+  const Vec3 step(way.x(), way.y(), 0);
+  for (Vec3& p : made.mesh.positions) p -= step;
+  TessellationReport& report = made.report;
+  for (MeshDoubt& doubt : report.doubts) doubt.place -= step;
+  for (Vec3& corner : report.bounds) corner -= step;
+  for (std::size_t k = 0; k < 4; ++k) report.domain[k] -= way[static_cast<Eigen::Index>(k / 2)];
+}
+
+}  // namespace
+
+Result<Tessellation> tessellate(const CompoundSurface& given, const TessellationOptions& asked) {
+  const Machining& m = given.program().machining;
+  const double tolerance = asked.tolerance > 0 ? asked.tolerance : m.tolerance;
+  const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
+  const bool tiled = asked.tiles != std::array{1, 1};
+  TessellationOptions options = asked;
+  if (tiled && options.solid && !options.floor) options.floor = common_floor(given, domain);
+  const PlanBox box =
+      !tiled ? domain
+             : tile_box(options.cuts != nullptr ? *options.cuts
+                                                : tile_cuts(given, options.tiles, tolerance),
+                        options.tile);
+  if (options.scheme == MeshScheme::kGrid && !options.creases) {
+    return mesh_plain_grid(given, box, options);
+  }
+  std::optional<CompoundSurface> seen;  // a scan's, the same for all tiles
+  if (std::holds_alternative<MeshBase>(given.program().base)) {
+    if (options.scheme == MeshScheme::kAdaptive) return tessellate_scan(given, box, options);
+    Result<CompoundSurface> made = seen_surface(given, domain, tolerance, options.threads);
+    if (!made) return made.error();
+    seen.emplace(std::move(*made));
+  }
+  const Home home(given);
+  Plan plan;
+  plan.domain = home.there(domain);
+  plan.box = home.there(box);
+  plan.tolerance = tolerance;
+  plan.least_altitude = least_altitude(given);
+  if (home.is_moved()) plan.largest_coordinate = given.size();
+  if (options.scheme == MeshScheme::kGrid) {
+    plan.xs = grid_lines(m.x_range[0], m.x_range[1], m.x_interval);
+    plan.ys = grid_lines(m.y_range[0], m.y_range[1], m.y_interval);
+    for (double& x : plan.xs) x += home.way().x();
+    for (double& y : plan.ys) y += home.way().y();
+  }
+  Result<Tessellation> made = mesh_faces(seen ? *seen : home.surface(), plan, options);
+  if (!made) return made;
+  if (home.is_moved()) move_back(home.way(), *made);
+  last_check(seen ? *seen : given, options.threads, *made);
+  if (options.progress) options.progress(1);
   return made;
 }
 

@@ -17,6 +17,7 @@
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/assemble.h"
+#include "core/tessellate/home.h"
 #include "core/tessellate/last_check.h"
 #include "core/tessellate/mesh_report.h"
 #include "core/tessellate/plain_grid.h"
@@ -249,6 +250,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   RegionOptions region_options;
   region_options.tolerance = budget;
   region_options.shortest = sampling.shortest;
+  region_options.least_altitude = least_altitude(surface);
   region_options.threads = options.threads;
   region_options.skip_base = true;
   Result<std::vector<RegionMesh>> regions =

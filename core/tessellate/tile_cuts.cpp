@@ -7,6 +7,7 @@
 #include "core/compound/compound_impl.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/cell_tree.h"
+#include "core/tessellate/home.h"
 
 namespace diesink {
 namespace {
@@ -135,9 +136,10 @@ double CutFinder::find(int axis, int k, int n, const std::vector<double>& across
 
 TileCuts tile_cuts(const CompoundSurface& surface, const std::array<int, 2>& tiles,
                    double tolerance) {
-  const Machining& m = surface.program().machining;
+  const Home home(surface);
+  const Machining& m = home.surface().program().machining;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
-  const CutFinder finder(surface.impl(), domain, tolerance);
+  const CutFinder finder(home.surface().impl(), domain, tolerance);
   TileCuts cuts;
   std::vector<double> inner;
   cuts.x.push_back(domain.x0);
@@ -147,6 +149,8 @@ TileCuts tile_cuts(const CompoundSurface& surface, const std::array<int, 2>& til
   cuts.y.push_back(domain.y0);
   for (int k = 1; k < tiles[1]; ++k) cuts.y.push_back(finder.find(1, k, tiles[1], inner));
   cuts.y.push_back(domain.y1);
+  for (double& x : cuts.x) x -= home.way().x();
+  for (double& y : cuts.y) y -= home.way().y();
   return cuts;
 }
 

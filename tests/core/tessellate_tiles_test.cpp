@@ -27,7 +27,7 @@ std::string tile_faults(const CompoundSurface& surface, const TessellationOption
   check_seams(tiling, is_everywhere(surface), faults);
   const TriangleMesh all = welded(tiling);
   check_topology(all, false, faults);
-  check_triangles(all, surface.size(), faults);
+  check_triangles(all, surface.size(), domain_width(surface), faults);
   const bool adaptive = options.scheme == MeshScheme::kAdaptive;
   double uncertified = 0, area = 0;
   for (const Tessellation& made : tiling.made) {

@@ -133,8 +133,10 @@ inline void check_topology(const TriangleMesh& mesh, bool solid, Faults& faults)
 }
 
 // No triangle without area, none that looks the wrong way, unit normals on the triangles' side.
-// `size`: of the part.
-inline void check_triangles(const TriangleMesh& mesh, double size, Faults& faults) {
+// `size`: of the part; `width`: of its domain. Far from the origin altitudes are as small beside
+// the size as the domain is, but for eight ulps of the coordinates.
+inline void check_triangles(const TriangleMesh& mesh, double size, double width, Faults& faults) {
+  const double least = std::max(1e-12 * std::min(size, 64 * width), 0x1p-49 * size);
   Tally flat, inverted, leaning, down, crooked, turned;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& v = mesh.triangles[t];
@@ -142,7 +144,7 @@ inline void check_triangles(const TriangleMesh& mesh, double size, Faults& fault
     const Vec3 n = (b - a).cross(c - a);
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     const Vec3 middle = (a + b + c) / 3;
-    if (!(n.norm() > 1e-12 * size * longest)) {
+    if (!(n.norm() > least * longest)) {
       flat(middle);
       continue;
     }
@@ -295,12 +297,17 @@ inline void check_report(const Tessellation& made, bool solid, Faults& faults) {
   }
 }
 
+inline double domain_width(const CompoundSurface& surface) {
+  const Machining& m = surface.program().machining;
+  return std::max(m.x_range[1] - m.x_range[0], m.y_range[1] - m.y_range[0]);
+}
+
 // All of the above.
 inline void check_mesh(const CompoundSurface& surface, const TessellationOptions& options,
                        const Tessellation& made, bool holes, Faults& faults) {
   check_topology(made.mesh, options.solid, faults);
   if (!faults.text().empty() && made.mesh.triangles.empty()) return;
-  check_triangles(made.mesh, surface.size(), faults);
+  check_triangles(made.mesh, surface.size(), domain_width(surface), faults);
   check_cover(surface, made, holes, faults);
   if (!options.solid) check_borders(surface, options, made, faults);
   check_report(made, options.solid, faults);
