@@ -206,10 +206,15 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
           along.normalize();
           const Vec3 n = sample.contact.n.z() > 1e-9 ? sample.contact.n : Vec3(Vec3::UnitZ());
           const double curvature = curvature_at(surface, sample, across_of(n, along), R / 64);
-          const double on_surface =
-              cusp_interval(std::fmax(cutter.corner(), *options.cusp), curvature, *options.cusp);
-          distance = std::clamp(plan_interval(std::fmin(on_surface, 2 * R), n, along),
-                                kSteepest * level, 2 * R);
+          // On ground that is level across the pass the disk's own width leaves nothing. On slopes
+          // its sharp corner leaves triangles, for which a corner of a cusp height counts.
+          const double corner = std::fmax(cutter.corner(), *options.cusp);
+          const double on_surface = cusp_interval(corner, curvature, *options.cusp);
+          const bool flat = cutter.corner() < *options.cusp &&
+                            std::fabs(across_of(n, along).z()) < 1e-9 && curvature == 0;
+          const double wide =
+              flat ? 2 * cutter.flat() : plan_interval(std::fmin(on_surface, 2 * R), n, along);
+          distance = std::clamp(wide, kSteepest * level, 2 * R);
         }
         step = std::fmin(step, family->step(position, sample.s, distance));
       }

@@ -205,6 +205,21 @@ TEST(RunOrder, FewRetractsAndShortLinks) {
   EXPECT_LE(upright, 0.1 * planned.report.feed_length);
 }
 
+// Level tops between upright walls: a flat end's passes are its width apart, not two cusp heights.
+TEST(LeftOver, FlatEndsOfContactsCutLevelGroundByTheirWidth) {
+  PathOptions options;
+  options.method = PathMethod::kCc;
+  options.cutter = {6, 0};
+  options.cusp = 0.05;
+  options.intol = options.outtol = 0.01;
+  PathReport told;
+  const VerifyReport found = checked_fixture("flush", options, told);
+  EXPECT_LE(told.passes, 10u);
+  EXPECT_LE(found.max_gouge, 0.01);
+  EXPECT_LE(found.uncut_area, 0.01);
+  EXPECT_EQ(told.left_area, 0);
+}
+
 // Nor does a flat end's contact. On the map nothing is gouged: beside a wall straight down is not
 // the way out of the cutter.
 TEST(LeftOver, FlatEndsLeaveNothingThatIsNotTold) {
