@@ -232,6 +232,7 @@ CellBounds::CellBounds(const CutterShape& cutter, const PlanLattice& lattice,
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     const std::size_t i = cells_[c] % lattice.columns, j = cells_[c] / lattice.columns;
     const PlanBox box{lattice.x(i), lattice.x(i + 1), lattice.y(j), lattice.y(j + 1)};
+    boxes_.push_back(box);
     const auto [at, fresh] = tile_at.try_emplace(
         {std::lround((box.x0 - lattice.x0) / side), std::lround((box.y0 - lattice.y0) / side)},
         tiles_.size());
@@ -324,8 +325,13 @@ void CellBounds::add(std::span<const SweepMove> moves, int threads) {
         for (const SweepMove& m : run(r)) {
           if (!meet(box_of({&m, 1}), tiles_[t])) continue;
           const double low = std::min(m.from.z(), m.to.z());
+          const PlanBox reach = box_of({&m, 1});  // wider than the move by the radius
           for (const std::uint32_t c : cells_of_[t]) {
-            if (low < highest_[c]) keep(c, m, z);
+            const PlanBox& cell = boxes_[c];
+            const double x = std::max(reach.x0 - cell.x1, cell.x0 - reach.x1) + R;
+            const double y = std::max(reach.y0 - cell.y1, cell.y0 - reach.y1) + R;
+            const double gap = std::hypot(std::max(0.0, x), std::max(0.0, y));
+            if (gap <= R && low + cutter_.height(gap) < highest_[c]) keep(c, m, z);
           }
         }
       }

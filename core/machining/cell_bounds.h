@@ -57,6 +57,7 @@ class CellBounds {
   CutterShape cutter_;
   PlanLattice lattice_;
   std::vector<std::size_t> cells_;
+  std::vector<PlanBox> boxes_;   // of the cells
   std::size_t side_, each_;      // boxes along a cell's side; kept moves of a cell
   std::vector<Kept> kept_;       // of each cell those of its points, then those of its boxes
   std::vector<double> highest_;  // of a cell's kept heights
