@@ -442,6 +442,7 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   limits.variant = options.variant;
   limits.most_cells = options.most_cells;
   limits.may_widen = options.may_widen;
+  limits.most_of_a_seed = options.budget.cells;
   limits.threads = options.threads;
   CellTree tree(surface, inner, limits);
   CellGraph graph = make_graph(surface, tree, options);

@@ -67,6 +67,7 @@ struct ArrangementOptions {
                     // the tolerance
   double least = 0;  // least cell; 0 = least_cell()
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
+  SearchBudget budget;
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
   bool may_widen = false;      // least cells 16 times as wide, told, before that is an error
   int threads = 0;             // 0 = all cores

@@ -205,7 +205,14 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
     }
     const bool one_root =
         !between;  // the only root lies on the other side of the body than the cap
-    const double tiny = s.disc_slack + slack;
+    // What the form may be where meet() still finds the body: root and cap within the slack of each
+    // other, up or sideways, or a discriminant that counts as touching, over q2 as the form is.
+    const auto most = [](const Range& g) { return std::fmax(std::fabs(g.lo), std::fabs(g.hi)); };
+    const Range q1 = range_of({s.b0 + s.bx * dx + s.by * dy + s.q2 * (l.c - s.cz),
+                               s.bx + s.q2 * l.gx, s.by + s.q2 * l.gy},
+                              box);
+    const double tiny =
+        (between ? s.disc_slack / s.q2 : 0) + slack * (most(r.f.gx) + most(r.f.gy) + 2 * most(q1));
     bool outside = false, borders = false;
     if (one_root) {
       outside = r.f.hi < -tiny;

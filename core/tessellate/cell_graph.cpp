@@ -18,8 +18,6 @@ namespace {
 // Rounds of splitting after which cells that go on and on spoiling each other are joined as they
 // are.
 constexpr int kPasses = 200;
-// Cells that splitting may add to those of the tree before the same is done.
-constexpr std::size_t kMostAdded = 1'000'000;
 
 // Part of the least cell down to which corners of several heights are parted.
 constexpr double kDeeper = 0x1p-6;
@@ -29,7 +27,15 @@ constexpr double kDeeper = 0x1p-6;
 const std::vector<LineChange>& GraphMaker::changes_on(const Stretch& stretch) {
   const auto [known, fresh] = known_.try_emplace(stretch.key);
   if (fresh) known->second = search(stretch);
-  return known->second;
+  tell(known->second.unsettled_area, known->second.unsettled_place);
+  return known->second.changes;
+}
+
+// Counts what is not certified.
+void GraphMaker::tell(double area, const Vec2& place) {
+  if (!(area > 0)) return;
+  if (graph_.uncertified_area == 0) graph_.uncertified_place = place;
+  graph_.uncertified_area += area;
 }
 
 // Both leaves of every stretch of common border, by descent; a plain leaf has no change on its
@@ -134,11 +140,9 @@ void GraphMaker::segment(std::int32_t a, std::int32_t b, bool upright) {
   }
 }
 
-std::vector<LineChange> GraphMaker::search(const Stretch& stretch) const {
-  std::vector<LineChange> changes;
-  line_.find(stretch.from, stretch.to, tree_.infos[static_cast<std::size_t>(stretch.info)].steps,
-             changes);
-  return changes;
+LineFinding GraphMaker::search(const Stretch& stretch) const {
+  return line_.find(stretch.from, stretch.to,
+                    tree_.infos[static_cast<std::size_t>(stretch.info)].steps);
 }
 
 void GraphMaker::add_node(const LineChange& change) {
@@ -243,7 +247,7 @@ bool GraphMaker::joins(std::int32_t info, const GraphMaker& known) {
       const std::uint64_t key = leaf < 0 ? pair_key(c, -1 - static_cast<std::int32_t>(side))
                                 : before ? pair_key(leaf, c)
                                          : pair_key(c, leaf);
-      for (const LineChange& change : known.known_.at(key)) add_node(change);
+      for (const LineChange& change : known.known_.at(key).changes) add_node(change);
     }
     for (std::uint32_t n = first; n < graph_.nodes.size(); ++n) found_.push_back({info, side, n});
   });
@@ -259,7 +263,7 @@ void GraphMaker::settle_cells() {
   std::vector<std::unique_ptr<GraphMaker>> workers;
   for (int t = 0; t < thread_count(options_.threads); ++t)
     workers.push_back(std::make_unique<GraphMaker>(surface_, tree_, options_));
-  const std::size_t most_cells = tree_.cells.size() + kMostAdded;
+  const std::size_t most_cells = tree_.cells.size() + options_.budget.added;
   for (int round = 0; !open.empty() && !tree_.stopped; ++round) {
     std::vector<Stretch> fresh;
     for (const std::int32_t i : open) {
@@ -273,7 +277,7 @@ void GraphMaker::settle_cells() {
         if (known_.try_emplace(stretch.key).second) fresh.push_back(stretch);
       });
     }
-    std::vector<std::vector<LineChange>> found(fresh.size());
+    std::vector<LineFinding> found(fresh.size());
     parallel_blocks(fresh.size(), 64, options_.threads,
                     [&](std::size_t begin, std::size_t end, int) {
                       for (std::size_t k = begin; k < end; ++k) found[k] = search(fresh[k]);
@@ -344,7 +348,11 @@ CellGraph GraphMaker::make() {
     if (!split_failed(pass >= kPasses)) break;
   }
   std::size_t on_seams = 0;
-  for (const Seam* seam : options_.seams) on_seams += seam != nullptr ? seam->changes() : 0;
+  for (const Seam* seam : options_.seams) {
+    if (seam == nullptr) continue;
+    on_seams += seam->changes();
+    tell(seam->unsettled_area, seam->unsettled_place);
+  }
   graph_.keeps_seams = tree_.stopped || seam_changes_ == on_seams;
   pull_to_border(surface_, options_, graph_);
   draw_together(surface_, options_, graph_);

@@ -323,8 +323,7 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
     // sees.
     if (width > kUnseen * options_.tolerance) {
       if (info.depth > 0.25 * options_.tolerance) {
-        if (graph_.uncertified_area == 0) graph_.uncertified_place = Vec2(c.box.x0, c.box.y0);
-        graph_.uncertified_area += (c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0);
+        tell((c.box.x1 - c.box.x0) * (c.box.y1 - c.box.y0), {c.box.x0, c.box.y0});
       }
     }
   }

@@ -21,11 +21,7 @@ constexpr std::size_t kEnoughSeeds = 64;
 constexpr int kOpenLevels = 5;
 // What a variant adds to the one and takes off the other.
 constexpr double kOtherCut = 0.0021;
-// Cells below one seed. Where something coincides along a line and nothing tells, there would be as
-// many as least cells lie along it: the seed is grown anew with least cells so many times as wide,
-// whose area then is told as uncertified. Any die that is in order takes a hundredth of that.
-constexpr std::size_t kMostOfASeed = 400'000;
-constexpr double kWider = 16;
+constexpr double kWider = 16;  // least cells of what is grown anew (SearchBudget::cells)
 
 // The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
 // in it is close to its chord, so that points of the chord lead to points of the arc.
@@ -132,7 +128,7 @@ void CellTree::divide(std::vector<TreeCell>& all, std::int32_t cell) const {
 
 void CellTree::grow(Sprout& sprout, std::int32_t cell,
                     const std::vector<std::uint32_t>& steps) const {
-  if (sprout.cells.size() > kMostOfASeed) return;  // to be grown anew
+  if (sprout.cells.size() > limits_.most_of_a_seed) return;  // to be grown anew
   std::vector<std::uint32_t> here = steps;
   if (!decide(sprout, cell, here)) return;
   const std::int32_t child = sprout.cells[static_cast<std::size_t>(cell)].child;
@@ -208,7 +204,7 @@ void CellTree::grow_all(const std::vector<Seed>& seeds) {
         sprout.stopped = false;
         continue;
       }
-      if (sprout.cells.size() <= kMostOfASeed || sprout.stopped) return;
+      if (sprout.cells.size() <= limits_.most_of_a_seed || sprout.stopped) return;
     }
   };
   if (limits_.most_cells > 0) {

@@ -7,6 +7,7 @@
 
 #include "core/compound/compound_impl.h"
 #include "core/tessellate/cell_bounds.h"
+#include "core/tessellate/search_budget.h"
 
 namespace diesink {
 
@@ -57,9 +58,10 @@ struct CellInfo {
 };
 
 struct TreeLimits {
-  double least = 0;            // plan length under which no cell is split
-  double flat = 0;             // height under which candidates count as one surface
-  int variant = 0;             // cells are cut elsewhere for each
+  double least = 0;  // plan length under which no cell is split
+  double flat = 0;   // height under which candidates count as one surface
+  int variant = 0;   // cells are cut elsewhere for each
+  std::size_t most_of_a_seed = SearchBudget().cells;  // SearchBudget::cells
   std::size_t most_cells = 0;  // where there would be more the tree stops; 0 = no limit
   bool may_widen = false;      // with wider least cells first
   int threads = 0;             // 0 = all cores; the tree is the same for any number

@@ -36,7 +36,9 @@ class GraphMaker {
         options_(options),
         solver_(surface),
         vertices_(body_vertices(surface)),
-        line_(surface, vertices_, options.flat, options.least) {}
+        line_(surface, vertices_,
+              {options.flat, options.least, kUnseen * options.tolerance, 0.25 * options.tolerance,
+               options.budget.pieces}) {}
 
   CellGraph make();
 
@@ -58,8 +60,9 @@ class GraphMaker {
   };
   [[nodiscard]] Stretch border_stretch(std::int32_t c, std::uint8_t side) const;
   [[nodiscard]] Stretch stretch_between(std::int32_t a, std::int32_t b, bool upright) const;
-  [[nodiscard]] std::vector<LineChange> search(const Stretch& stretch) const;
+  [[nodiscard]] LineFinding search(const Stretch& stretch) const;
   const std::vector<LineChange>& changes_on(const Stretch& stretch);
+  void tell(double area, const Vec2& place);
   void add_node(const LineChange& change);
   void take_seam(std::int32_t c, std::uint8_t side);
   static std::uint64_t pair_key(std::int32_t a, std::int32_t b) {
@@ -101,7 +104,7 @@ class GraphMaker {
   bool last_ = false;             // cells are joined as they are
   // What stretches of border between leaves have shown: it does not change as other cells are
   // split.
-  std::unordered_map<std::uint64_t, std::vector<LineChange>> known_;
+  std::unordered_map<std::uint64_t, LineFinding> known_;
 };
 
 }  // namespace diesink::cells

@@ -6,18 +6,35 @@
 
 namespace diesink {
 
-void ChangeSearch::find(const Vec2& p, const Vec2& q, const std::vector<std::uint32_t>& steps,
-                        std::vector<LineChange>& out) const {
+namespace {
+
+constexpr double kLonger = 16;  // of the pieces of a search that was given up
+
+}  // namespace
+
+LineFinding ChangeSearch::find(const Vec2& p, const Vec2& q,
+                               const std::vector<std::uint32_t>& steps) const {
   // Sides of cells smaller than the least are searched as finely as theirs.
-  search(sample(p), sample(q), steps, 0, 0.25 * std::fmin(least_, (q - p).norm()), out);
+  const double finest = 0.25 * std::fmin(limits_.least, (q - p).norm());
+  const Sample from = sample(p), to = sample(q);
+  for (double longer = 1;; longer *= kLonger) {
+    Run run;
+    run.shortest = longer * finest;
+    // Lines that cross the border once each are told apart as long as ties do not make them one.
+    run.shortest_regular =
+        longer > 1 ? std::fmax(4 * surface_.tie, run.shortest) : 4 * surface_.tie;
+    search(from, to, steps, 0, run);
+    if (run.unsettled <= limits_.most) return std::move(run.found);
+  }
 }
 
 void ChangeSearch::search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps,
-                          int depth, double shortest, std::vector<LineChange>& out) const {
+                          int depth, Run& run) const {
+  if (run.unsettled > limits_.most) return;  // to be searched anew
   std::vector<std::uint32_t> here = steps;
   CellVerdict verdict;
   const CellBox box = CellBox::of({p.p.x(), q.p.x(), p.p.y(), q.p.y()});
-  classify(surface_, vertices_, box, here, flat_, verdict);
+  classify(surface_, vertices_, box, here, limits_.flat, verdict);
   if (verdict.kind == CellKind::kPlain && p.state.label == q.state.label) return;
   const bool along_y = box.hy > box.hx;
   bool regular = !verdict.functions.full;
@@ -25,16 +42,23 @@ void ChangeSearch::search(const Sample& p, const Sample& q, const std::vector<st
     regular = regular && (along_y ? f.regular_y() : f.regular_x());
   const bool single = regular && verdict.functions.count <= 1;
   const double length = 2 * std::fmax(box.hx, box.hy);
-  // Lines that cross the border once each are told apart as long as ties do not make them one.
-  const double least = regular ? 4 * surface_.tie : shortest;
+  const double least = regular ? run.shortest_regular : run.shortest;
   if (single || length <= least || depth > 60) {
-    if (p.state.label != q.state.label) add_change(p, q, out);
+    if (!single) note_unsettled(p.p, length, verdict.depth, run);
+    if (p.state.label != q.state.label) add_change(p, q, run.found.changes);
     return;
   }
   // p + s (q - p): the line's own coordinate stays as it is to the bit.
   const Sample mid = sample(p.p + 0.5069 * (q.p - p.p));
-  search(p, mid, here, depth + 1, shortest, out);
-  search(mid, q, here, depth + 1, shortest, out);
+  search(p, mid, here, depth + 1, run);
+  search(mid, q, here, depth + 1, run);
+}
+
+void ChangeSearch::note_unsettled(const Vec2& at, double length, double depth, Run& run) const {
+  ++run.unsettled;
+  if (!(length > limits_.wide && depth > limits_.deep)) return;
+  if (run.found.unsettled_area == 0) run.found.unsettled_place = at;
+  run.found.unsettled_area += 2 * length * length;
 }
 
 void ChangeSearch::add_change(const Sample& p, const Sample& q,

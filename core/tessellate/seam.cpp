@@ -7,7 +7,6 @@
 
 #include "core/tessellate/chart.h"
 #include "core/tessellate/deviation.h"
-#include "core/tessellate/line_changes.h"
 
 namespace diesink {
 namespace {
@@ -89,7 +88,7 @@ bool SeamMaker::is_clear(const Place& a, const Place& b) const {
   std::vector<std::uint32_t> steps;
   surface_.index.over(box, steps);
   CellVerdict verdict;
-  classify(surface_, vertices_, CellBox::of(box), steps, options_.flat, verdict);
+  classify(surface_, vertices_, CellBox::of(box), steps, options_.search.flat, verdict);
   if (verdict.kind == CellKind::kPlain) return true;
   return verdict.kind == CellKind::kArc && verdict.functions.count == 1 && (a.change || b.change);
 }
@@ -170,8 +169,10 @@ void SeamMaker::make() {
   const Vec2 p = plan(seam_.from), q = plan(seam_.to);
   std::vector<std::uint32_t> steps;
   surface_.index.over({p.x(), q.x(), p.y(), q.y()}, steps);
-  std::vector<LineChange> changes;
-  ChangeSearch(surface_, vertices_, options_.flat, options_.least).find(p, q, steps, changes);
+  LineFinding found = ChangeSearch(surface_, vertices_, options_.search).find(p, q, steps);
+  std::vector<LineChange>& changes = found.changes;
+  seam_.unsettled_area = found.unsettled_area;
+  seam_.unsettled_place = found.unsettled_place;
   for (LineChange& change : changes) snap(change);
   const LineState first = surface_.evaluate_face(p.x(), p.y()),
                   last = surface_.evaluate_face(q.x(), q.y());

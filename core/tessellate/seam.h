@@ -8,6 +8,7 @@
 
 #include "core/compound/compound_impl.h"
 #include "core/tessellate/cell_tree.h"
+#include "core/tessellate/line_changes.h"
 #include "core/tessellate/plan_curve.h"
 #include "core/tessellate/tessellate.h"
 
@@ -28,6 +29,9 @@ struct Seam {
   int axis = 0;  // the coordinate that is fixed: 0 x, 1 y
   double at = 0, from = 0, to = 0;
   std::vector<SeamPoint> points;
+  // On both sides of what could not be told apart along it; the place is in the first such piece.
+  double unsettled_area = 0;
+  Vec2 unsettled_place = Vec2::Zero();
 
   [[nodiscard]] std::size_t changes() const;
 };
@@ -37,8 +41,7 @@ struct SeamOptions {
   double tolerance = 0;  // of the faces beside
   double sag = 0;        // largest distance of chords from the surface
   double shortest = 0;   // no chord is made shorter
-  double flat = 0;       // height under which candidates count as one surface
-  double least = 0;      // length under which enclosures are not asked for what changes
+  LineLimits search;     // of what changes along it
   const std::vector<double>* grid =
       nullptr;  // set: points where the seam crosses these lines, and at changes, nothing else
   // A scanned base along the seam: its vertices, by their place along it and height, ascending. All

@@ -126,9 +126,11 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
   seam_options.tolerance = budget;
   seam_options.sag = kSeamShare * budget;
   seam_options.shortest = sampling.shortest;
-  seam_options.flat = flat_height(surface.impl(), tolerance);
-  seam_options.least = least_cell(
-      std::fmax(plan.domain.x1 - plan.domain.x0, plan.domain.y1 - plan.domain.y0), tolerance);
+  seam_options.search = {
+      flat_height(surface.impl(), tolerance),
+      least_cell(std::fmax(plan.domain.x1 - plan.domain.x0, plan.domain.y1 - plan.domain.y0),
+                 tolerance),
+      kUnseen * tolerance, 0.25 * tolerance, options.budget.pieces};
   const std::array<std::optional<Seam>, 4> seams = seams_of(
       surface, plan.box, options, seam_options, region_options.grid_x, region_options.grid_y);
 
@@ -143,6 +145,7 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
     arrangement_options.tolerance = tolerance;
     arrangement_options.threads = options.threads;
     arrangement_options.variant = variant;
+    arrangement_options.budget = options.budget;
     for (std::size_t side = 0; side < 4; ++side) {
       if (seams[side]) arrangement_options.seams[side] = &*seams[side];
     }

@@ -12,6 +12,7 @@
 #include "core/compound/compound_surface.h"
 #include "core/mesh.h"
 #include "core/result.h"
+#include "core/tessellate/search_budget.h"
 #include "core/tessellate/tile_cuts.h"
 
 namespace diesink {
@@ -30,7 +31,8 @@ struct TessellationOptions {
   // Of all tiles, as tile_cuts() gives them: whoever makes many saves finding them anew for each.
   // Not owned; may be null.
   const TileCuts* cuts = nullptr;
-  int threads = 0;  // 0 = all cores
+  int threads = 0;      // 0 = all cores
+  SearchBudget budget;  // places that take more are told, not certified
   // Called now and then with the part done, 0..1, from any thread; may be empty.
   std::function<void(double)> progress;
 };

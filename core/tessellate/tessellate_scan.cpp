@@ -174,10 +174,11 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   seam_options.tolerance = kSeamShare * tolerance;
   seam_options.sag = kArcShare * seam_options.tolerance;
   seam_options.shortest = std::fmax(0.5 * tolerance, 1e-9 * impl.size);
-  seam_options.flat = flat_height(impl, tolerance);
-  seam_options.least = std::ldexp(std::fmax(seam_options.domain.x1 - seam_options.domain.x0,
-                                            seam_options.domain.y1 - seam_options.domain.y0),
-                                  -22);
+  seam_options.search = {flat_height(impl, tolerance),
+                         std::ldexp(std::fmax(seam_options.domain.x1 - seam_options.domain.x0,
+                                              seam_options.domain.y1 - seam_options.domain.y0),
+                                    -22),
+                         kUnseen * tolerance, 0.25 * tolerance, options.budget.pieces};
   std::array<std::optional<Seam>, 4> seams;
   const TileSides sides(box, options, border_inset(impl));
   for (std::size_t side = 0; side < 4; ++side) {
@@ -205,6 +206,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   arrangement_options.threads = options.threads;
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
   arrangement_options.variant = way.variant;
+  arrangement_options.budget = options.budget;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
   arrangement_options.may_widen = !tiled && &way == kWays;
   for (std::size_t side = 0; side < 4; ++side) {
