@@ -15,6 +15,8 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 // Forms along a chord below this, relative to the form itself, are those of a ruling.
 constexpr double kStraight = 1e-12;
+// Sine of the angle between two gradients that are parallel.
+constexpr double kParallel = 1e-9;
 
 // Second derivatives that are not constant are bounded this far about the chord, of its length.
 constexpr double kMargin = 0.1;
@@ -59,6 +61,13 @@ struct Sheet {
   }
 };
 
+bool parallel_at(const CurvePair& curve, const Vec3& p) {
+  Vec3 f, g;
+  curve.f.form(p, f);
+  curve.g.form(p, g);
+  return f.norm() > 0 && g.norm() > 0 && f.cross(g).norm() <= kParallel * f.norm() * g.norm();
+}
+
 }  // namespace
 
 double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
@@ -77,6 +86,15 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
   const double fp = f.gradient.dot(p), fq = f.gradient.dot(q);
   const double gp = g.gradient.dot(p), gq = g.gradient.dot(q);
   const double det = fp * gq - fq * gp;
+  // In both surfaces, to their residuals: rulings, lines of planes.
+  const bool straight = std::fabs(f.along) <= kStraight * (f.norm + f.spread) && f.spread == 0 &&
+                        std::fabs(g.along) <= kStraight * (g.norm + g.spread) && g.spread == 0;
+  // Where surfaces touch all along the chord, as cylinders side by side do, nothing across it tells
+  // the curve; it is the ruling they share.
+  if (straight && parallel_at(curve, a) && parallel_at(curve, 0.5 * (a + b)) &&
+      parallel_at(curve, b)) {
+    return 2 * std::fmax(f.residual, g.residual) + rounding;
+  }
   if (det == 0) return kInf;
   const auto solve = [&](double rf, double rg) {
     return std::hypot(gq * rf - fq * rg, fp * rg - gp * rf) / std::fabs(det);
@@ -87,10 +105,7 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
       std::sqrt(0.5 * (sum + std::sqrt(std::fmax(0, sum * sum - 4 * det * det)))) / std::fabs(det);
 
   const double off = inverse * std::hypot(f.residual, g.residual) + rounding;
-  if (std::fabs(f.along) <= kStraight * (f.norm + f.spread) && f.spread == 0 &&
-      std::fabs(g.along) <= kStraight * (g.norm + g.spread) && g.spread == 0) {
-    return 2 * off;  // the chord lies in both surfaces: rulings, lines of planes
-  }
+  if (straight) return 2 * off;
 
   // A tube about the chord that the curve cannot leave on its way from either end to the middle.
   const double reach = 0.5 * length;

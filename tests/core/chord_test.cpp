@@ -167,6 +167,17 @@ TEST(ChordDeviation, NothingIsProvenWhereSurfacesTouch) {
             HUGE_VAL);
 }
 
+// Cylinders side by side touch along the ruling they share; beside it, or across it, nothing is.
+TEST(ChordDeviation, ARulingThatTwoCylindersShareIsStraight) {
+  const CompoundSurface surface = surface_of(one(
+      "K1,R-CYLI,1\nP1,0,0,0\nP2,9,0,0\nRAD,2\nK2,R-CYLI,1\nP1,0,4,0\nP2,9,4,0\nRAD,2\n", "K1+K2"));
+  const CurvePair curve{face_implicit(surface.impl(), make_label(0, kFaceSide)),
+                        face_implicit(surface.impl(), make_label(1, kFaceSide))};
+  EXPECT_LT(chord_deviation(curve, Vec3(1, 2, 0), Vec3(8, 2, 0)), 1e-14);
+  EXPECT_GE(chord_deviation(curve, Vec3(1, 2, 0.01), Vec3(8, 2, 0.01)), 0.00999);
+  EXPECT_EQ(chord_deviation(curve, Vec3(1, 2, 0), Vec3(1, 2, 0.1)), HUGE_VAL);
+}
+
 TEST(Implicit, ValueIsTheDistanceAndItsGradientUnit) {
   Random random(41);
   int measured = 0;
