@@ -164,7 +164,9 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
         << name;
     EXPECT_NEAR(near->report.area, far->report.area, 1e-3 * near->report.area) << name;
     EXPECT_LE(far->report.certified_deviation, given.tolerance) << name;
-    if (name != "TenMetres") EXPECT_EQ(near->report.uncertified_area, 0) << name;
+    if (name != "TenMetres") {
+      EXPECT_EQ(near->report.uncertified_area, 0) << name;
+    }
     const auto& d = far->report.domain;
     EXPECT_LE(far->report.uncertified_area, 1e-3 * (d[1] - d[0]) * (d[3] - d[2])) << name;
     EXPECT_EQ(

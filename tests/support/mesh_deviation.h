@@ -112,6 +112,9 @@ class MeshInPlan {
   std::vector<std::vector<std::uint32_t>> bins_;
 };
 
+// Of the size: what is narrower in plan no mesh has to show.
+inline constexpr double kHair = 1e-9;
+
 // Whether the surface, completed by its walls, comes within `t` of p: the ball about p reaches both
 // above and below it, or a point of it lies in the ball. `effort`: directions. Where the ball
 // reaches over the surface's outline the last point before it counts, which is steep there at a
@@ -165,7 +168,6 @@ inline bool change_within(const CompoundSurface& surface, const Vec3& p, double 
   const std::optional<CcDatum> here = surface.at(p.x(), p.y());
   if (!here) return false;
   constexpr int kDirections = 256;
-  constexpr double kHair = 1e-9;  // of the size: what no mesh has to show
   for (int i = 0; i < kDirections; ++i) {
     const double turn = 2 * std::numbers::pi * (i + 0.37) / kDirections;
     Vec2 in = p.head<2>(), out = in + t * Vec2(std::cos(turn), std::sin(turn));
@@ -254,7 +256,7 @@ inline void check_deviation(const CompoundSurface& surface, const Tessellation& 
     // Where labels change between this point and the last: both ends of the change are on the mesh.
     if (hit && last_hit && (hit->row != last_hit->row || hit->face != last_hit->face)) {
       Vec2 p = last, q(x, y);
-      CcDatum ph = *last_hit, qh = *hit;
+      CcDatum ph = *last_hit;
       bool broken = false;
       for (int i = 0; i < 60 && !broken; ++i) {
         const Vec2 m = 0.5 * (p + q);
@@ -266,11 +268,14 @@ inline void check_deviation(const CompoundSurface& surface, const Tessellation& 
           ph = *h;
         } else {
           q = m;
-          qh = *h;
         }
       }
-      for (const Vec3& end : {Vec3(p.x(), p.y(), ph.z), Vec3(q.x(), q.y(), qh.z)}) {
-        if (!broken && !(plan.distance(end, slack) <= slack)) change(end);
+      const Vec2 hair = kHair * surface.size() * (Vec2(x, y) - last).normalized();
+      for (const Vec2& end : {Vec2(p - hair), Vec2(q + hair)}) {
+        const std::optional<CcDatum> beside = surface.at(end.x(), end.y());
+        if (broken || !beside) continue;
+        const Vec3 place(end.x(), end.y(), beside->z);
+        if (!(plan.distance(place, slack) <= slack)) change(place);
       }
     }
     last = Vec2(x, y);
