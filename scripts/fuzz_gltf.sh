@@ -10,7 +10,7 @@ mkdir -p "$folder/seeds" "$folder/gltf" "$folder/draco"
 flags=(-std=c++20 -O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all
        -I. -isystem /usr/include/eigen3)
 # Only what the readers need, so that the run starts within minutes.
-sources=(core/result.cpp core/diagnostics.cpp core/parallel.cpp core/counted.cpp formats/byte_sink.cpp formats/text_number.cpp formats/written_mesh.cpp
+sources=(core/result.cpp core/diagnostics.cpp core/parallel.cpp core/counted.cpp formats/byte_sink.cpp formats/float_rows.cpp formats/text_number.cpp formats/written_mesh.cpp
          formats/element_runs.cpp formats/gltf*.cpp formats/glb*.cpp formats/draco*.cpp)
 objects=()
 for source in "${sources[@]}" tests/fuzz/gltf_fuzz.cpp tests/fuzz/gltf_draco_fuzz.cpp tests/formats/gltf_samples.cpp; do
@@ -23,9 +23,9 @@ for source in "${sources[@]}" tests/fuzz/gltf_fuzz.cpp tests/fuzz/gltf_draco_fuz
   case "$source" in tests/*) ;; *) objects+=("$object") ;; esac
 done
 link=(clang++ -fsanitize=address,undefined)
-"${link[@]}" "$folder/tests_formats_gltf_samples.cpp.o" "${objects[@]}" -ldraco -lmeshoptimizer -lpthread -o "$folder/samples"
+"${link[@]}" "$folder/tests_formats_gltf_samples.cpp.o" "${objects[@]}" -ldraco -lmeshoptimizer -lhwy -lpthread -o "$folder/samples"
 for target in gltf gltf_draco; do
-  "${link[@]}" -fsanitize=fuzzer "$folder/tests_fuzz_${target}_fuzz.cpp.o" "${objects[@]}" -ldraco -lmeshoptimizer -lpthread -o "$folder/${target}_fuzz"
+  "${link[@]}" -fsanitize=fuzzer "$folder/tests_fuzz_${target}_fuzz.cpp.o" "${objects[@]}" -ldraco -lmeshoptimizer -lhwy -lpthread -o "$folder/${target}_fuzz"
 done
 "$folder/samples" "$folder/seeds"
 rm -f "$folder"/seeds/*large*
