@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/machining/interference.h"
 #include "core/parallel.h"
@@ -24,6 +25,17 @@ constexpr double kWallHeight = 0.5;
 constexpr double kLeastCosine = 0.05;  // of normals, where a height is divided by it
 // A run goes on over so many columns.
 constexpr std::size_t kGap = 4;
+constexpr double kRimHair = 1e-6;  // of a radius; rounding is some 1e-15 of it
+// Ways from a point in which a cutter is tried beside it.
+constexpr int kHeadings = 24;
+
+// How deep a point lies in the cutter, at the distance rho from the axis and so high over the tip;
+// negative outside.
+double depth_in(const CutterShape& cutter, double rho, double height) {
+  const double side = rho - cutter.flat(), under = cutter.corner() - height;
+  if (side <= 0 || under <= 0) return cutter.corner() - std::max(side, under);
+  return cutter.corner() - std::hypot(side, under);
+}
 
 // The lowest height of a cutter over a point beside a straight move that begins at the height z:
 // the point lies u along the move and w across it. Any position gives an upper bound, so that the
@@ -100,12 +112,18 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
     y1 = std::max(y0_, std::min(y1, all.y1));
   }
   step_ = std::max(spacing, std::sqrt((x1 - x0_) * (y1 - y0_) / kMostPoints));
-  columns_ = static_cast<std::size_t>(std::floor((x1 - x0_) / step_)) + 1;
-  rows_ = static_cast<std::size_t>(std::floor((y1 - y0_) / step_)) + 1;
+  // The last column and row lie on the domain's sides, as the first do.
+  const auto divide = [&](double length, std::size_t& points, double& step) {
+    const double parts = std::ceil(length / step_);
+    points = static_cast<std::size_t>(parts) + 1;
+    step = parts > 0 ? length / parts : step_;
+  };
+  divide(x1 - x0_, columns_, dx_);
+  divide(y1 - y0_, rows_, dy_);
   lattice_.resize(columns_ * rows_);
   const double R = cutter.radius();
   reach_ = {x0_ - R, x(columns_ - 1) + R, y0_ - R, y(rows_ - 1) + R};
-  const double hair = 1e-9 * cutter.radius();
+  hair_ = 1e-9 * cutter.radius();
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
       const Span inside = domain_.pass(y(j));
@@ -117,7 +135,7 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
         }
       }
       for (std::size_t i = 0; i < columns_; ++i) {
-        if (!asked[i] || x(i) < inside.x0 - hair || x(i) > inside.x1 + hair) continue;
+        if (!asked[i] || x(i) < inside.x0 - hair_ || x(i) > inside.x1 + hair_) continue;
         const Vec3 p = offset.from_frame({x(i), y(j), 0});
         const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
         if (cc) lattice_.take(j * columns_ + i, cc->z, offset.to_frame(cc->n));
@@ -183,9 +201,9 @@ void LeftOver::add_between(const CompoundSurface& surface) {
         if (nx * ny == 1) continue;
         for (int a = 0; a < nx; ++a) {
           for (int b = 0; b < ny; ++b, ++k) {
-            between_.x[k] = x(i) + (a + 0.5) / nx * step_;
-            between_.y[k] = y(j) + (b + 0.5) / ny * step_;
-            between_.area[k] = static_cast<float>(step_ * step_ / (nx * ny));
+            between_.x[k] = x(i) + (a + 0.5) / nx * dx_;
+            between_.y[k] = y(j) + (b + 0.5) / ny * dy_;
+            between_.area[k] = static_cast<float>(dx_ * dy_ / (nx * ny));
             const Vec3 p = offset_->from_frame({between_.x[k], between_.y[k], 0});
             const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
             if (cc) between_.take(k, cc->z, offset_->to_frame(cc->n));
@@ -263,8 +281,8 @@ void LeftOver::flush() {
 void LeftOver::cut_row(std::size_t j, const PassedMove& move) {
   const double R = cutter_.radius();
   const auto [xa, xb] = move.over(y(j) - R, y(j) + R);
-  const double first = std::ceil((xa - R - x0_) / step_);
-  const double last = std::floor((xb + R - x0_) / step_);
+  const double first = std::ceil((xa - R - x0_) / dx_);
+  const double last = std::floor((xb + R - x0_) / dx_);
   if (last < 0 || first > static_cast<double>(columns_ - 1)) return;
   const auto end = static_cast<std::size_t>(std::min(last, static_cast<double>(columns_ - 1)));
   for (auto i = static_cast<std::size_t>(std::max(first, 0.0)); i <= end; ++i) {
@@ -298,7 +316,10 @@ double LeftOver::stays(const Points& points, std::size_t k) {
 Vec3 LeftOver::tip(const Points& points, std::size_t k, const Vec2& at) const {
   const Vec3 n(static_cast<double>(points.nx[k]), static_cast<double>(points.ny[k]),
                static_cast<double>(points.nz[k]));
-  return tip_of(offset_->cutter(), {{at.x(), at.y(), points.z[k]}, n});
+  Vec3 tip = tip_of(offset_->cutter(), {{at.x(), at.y(), points.z[k]}, n});
+  // At the end of the surface, whose point would lie on the cutter's very rim: a hair within it.
+  tip.head<2>() += kRimHair * (at - tip.head<2>());
+  return tip;
 }
 
 bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
@@ -308,19 +329,72 @@ bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
     // Up the axis: along the normal a steep surface leaves less than that.
     const double nz = std::max(static_cast<double>(points.nz[k]), kLeastCosine);
     const double allowed = at.z() + limits_.fits / nz;
-    const bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() && at.x() >= inside.x0 &&
-                     at.x() <= inside.x1 &&
+    const bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() &&
+                     at.x() >= inside.x0 - hair_ && at.x() <= inside.x1 + hair_ &&
                      drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity)) <= allowed;
     points.fit[k] = yes ? Fit::kYes : Fit::kNo;
   }
   return points.fit[k] == Fit::kYes;
 }
 
-void LeftOver::add_to_runs(const Points& points, std::size_t k, const Vec2& over, bool goes_on,
-                           std::vector<std::vector<Vec3>>& runs) {
-  const double far = cutter_.radius() / 2 + 4 * step_;
+bool LeftOver::falls_off(const Points& points, std::size_t k, const Vec2& over) const {
+  const double down = points.left[k] - 2 * std::max(limits_.limit, step_);
+  const auto nearest = [](double at, double from, double step, std::size_t count) {
+    return static_cast<std::size_t>(
+        std::clamp(std::round((at - from) / step), 0.0, static_cast<double>(count - 1)));
+  };
+  const std::size_t i = nearest(over.x(), x0_, dx_, columns_);
+  const std::size_t j = nearest(over.y(), y0_, dy_, rows_);
+  for (std::size_t b = j - std::min<std::size_t>(j, 1); b <= std::min(j + 1, rows_ - 1); ++b) {
+    for (std::size_t a = i - std::min<std::size_t>(i, 1); a <= std::min(i + 1, columns_ - 1); ++a) {
+      if (lattice_.left[b * columns_ + a] < down) return true;
+    }
+  }
+  return false;
+}
+
+LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over,
+                                 double least) const {
+  Place best{least, Vec3::Zero()};
+  // What no cutter held deep enough is held no deeper once there is less of it.
+  if (points.fit[k] == Fit::kNowhere) return {0, Vec3::Zero()};
+  if (!falls_off(points, k, over)) return {0, Vec3::Zero()};
+  const double R = cutter_.radius();
+  const double top = std::min(points.left[k], points.z[k] + R);  // where nothing was cut as well
+  const double grown = offset_->cutter().corner() - cutter_.corner();
+  bool found = false;
+  // Deep in the cutter first: what is cut far from its rim needs the fewest runs.
+  for (double depth = R / 2; !found; depth = std::max(depth / 2, limits_.call)) {
+    for (int heading = 0; heading < kHeadings; ++heading) {
+      const double angle = 2 * std::numbers::pi * heading / kHeadings;
+      const double rho = R - std::max(depth, limits_.call);
+      const Vec2 at = over + rho * Vec2(std::cos(angle), std::sin(angle));
+      const Span inside = domain_.pass(at.y());
+      if (at.x() < inside.x0 - hair_ || at.x() > inside.x1 + hair_) continue;
+      const double z = drop_->at(at.x(), at.y(), top - best.height);
+      const double held = depth_in(cutter_, rho, top - z - grown);
+      if (!(held > best.height)) continue;
+      best = {held, Vec3(at.x(), at.y(), z)};
+      found = true;
+    }
+    if (!(depth > limits_.call)) break;
+  }
+  if (!found && least <= limits_.call) points.fit[k] = Fit::kNowhere;
+  return found ? best : Place{0, Vec3::Zero()};
+}
+
+LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over, double least) {
+  const double height = stays(points, k);
+  if (!(height > least)) return {0, Vec3::Zero()};
+  if (!fits(points, k, over)) return beside(points, k, over, least);
   Vec3 at = tip(points, k, over);
-  at.z() = drop_->at(at.x(), at.y());
+  at.z() = kNoContact;  // lowered when it is used
+  return {height, at};
+}
+
+void LeftOver::add_to_runs(Vec3 at, bool goes_on, std::vector<std::vector<Vec3>>& runs) {
+  const double far = cutter_.radius() / 2 + 4 * step_;
+  if (at.z() == kNoContact) at.z() = drop_->at(at.x(), at.y());
   if (!goes_on || (at - runs.back().back()).norm() > far) runs.emplace_back();
   runs.back().push_back(at);
 }
@@ -329,8 +403,9 @@ void LeftOver::add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs)
   std::size_t last = columns_;
   for (std::size_t i = 0; i < columns_; ++i) {
     const std::size_t k = j * columns_ + i;
-    if (!(stays(lattice_, k) > limits_.call) || !fits(lattice_, k, at_lattice(k))) continue;
-    add_to_runs(lattice_, k, at_lattice(k), last < columns_ && i <= last + kGap, runs);
+    const Place found = place(lattice_, k, at_lattice(k), limits_.call);
+    if (!(found.height > 0)) continue;
+    add_to_runs(found.tip, last < columns_ && i <= last + kGap, runs);
     last = i;
   }
 }
@@ -339,19 +414,18 @@ void LeftOver::add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs
   const double none = -kInfinity;
   double last = none;
   for (std::size_t k = between_.begin[j]; k < between_.begin[j + 1];) {
-    const double end = std::max(x0_ + (std::floor((between_.x[k] - x0_) / step_) + 1) * step_,
+    const double end = std::max(x0_ + (std::floor((between_.x[k] - x0_) / dx_) + 1) * dx_,
                                 std::nextafter(between_.x[k], kInfinity));
     std::size_t worst = k;
-    double most = limits_.call;
+    Place most{limits_.call, Vec3::Zero()};
     for (; k < between_.begin[j + 1] && between_.x[k] < end; ++k) {
-      const double here = stays(between_, k);
-      if (!(here > most) || !fits(between_, k, at_between(k))) continue;
+      const Place here = place(between_, k, at_between(k), most.height);
+      if (!(here.height > most.height)) continue;
       most = here;
       worst = k;
     }
-    if (!(most > limits_.call)) continue;
-    add_to_runs(between_, worst, at_between(worst),
-                between_.x[worst] <= last + static_cast<double>(kGap) * step_, runs);
+    if (!(most.height > limits_.call)) continue;
+    add_to_runs(most.tip, between_.x[worst] <= last + static_cast<double>(kGap) * dx_, runs);
     last = between_.x[worst];
   }
 }
@@ -383,7 +457,7 @@ double LeftOver::own_area(std::size_t k) const {
       quarters += divided ? 0 : 1;
     }
   }
-  return 0.25 * quarters * step_ * step_;
+  return 0.25 * quarters * dx_ * dy_;
 }
 
 LeftOver::Rest LeftOver::rest() {
@@ -392,10 +466,10 @@ LeftOver::Rest LeftOver::rest() {
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
       const auto add = [&](Points& points, std::size_t k, const Vec2& at, double area) {
-        const double height = stays(points, k);
-        if (!(height > limits_.limit) || !fits(points, k, at)) return;
+        const Place here = place(points, k, at, limits_.limit);
+        if (!(here.height > limits_.limit)) return;
         of[j].area += area;
-        of[j].height = std::max(of[j].height, height);
+        of[j].height = std::max(of[j].height, here.height);
       };
       for (std::size_t k = j * columns_; k < (j + 1) * columns_; ++k) {
         add(lattice_, k, at_lattice(k), own_area(k));

@@ -52,7 +52,12 @@ class LeftOver {
   struct Move {
     Vec3 from, to;
   };
-  enum class Fit : std::uint8_t { kUnknown, kYes, kNo };
+  enum class Fit : std::uint8_t { kUnknown, kYes, kNo, kNowhere };  // kNowhere: nor from beside
+  // Where a cutter should go, and how much more than it would stays at a point; 0 for none.
+  struct Place {
+    double height = 0;
+    Vec3 tip = Vec3::Zero();
+  };
   struct Points {
     std::vector<double> z, left;  // of the surface, NaN where nothing is asked; of what stays
     std::vector<float> nx, ny, nz;
@@ -83,10 +88,15 @@ class LeftOver {
   // two columns.
   void add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
   void add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
-  void add_to_runs(const Points& points, std::size_t k, const Vec2& at, bool goes_on,
-                   std::vector<std::vector<Vec3>>& runs);
-  [[nodiscard]] double x(std::size_t i) const { return x0_ + static_cast<double>(i) * step_; }
-  [[nodiscard]] double y(std::size_t j) const { return y0_ + static_cast<double>(j) * step_; }
+  void add_to_runs(Vec3 tip, bool goes_on, std::vector<std::vector<Vec3>>& runs);
+  // More than `least` stays, and the cutter fits by equation (6) or from beside.
+  [[nodiscard]] Place place(Points& points, std::size_t k, const Vec2& at, double least);
+  // Where what is left falls off steeply, as at a ridge beside a wall or at the domain's side, a
+  // cutter that stands free holds it deeper than `least`, though none touches the point itself.
+  [[nodiscard]] Place beside(Points& points, std::size_t k, const Vec2& at, double least) const;
+  [[nodiscard]] bool falls_off(const Points& points, std::size_t k, const Vec2& at) const;
+  [[nodiscard]] double x(std::size_t i) const { return x0_ + static_cast<double>(i) * dx_; }
+  [[nodiscard]] double y(std::size_t j) const { return y0_ + static_cast<double>(j) * dy_; }
   [[nodiscard]] Vec2 at_lattice(std::size_t k) const { return {x(k % columns_), y(k / columns_)}; }
   [[nodiscard]] Vec2 at_between(std::size_t k) const { return {between_.x[k], between_.y[k]}; }
 
@@ -97,7 +107,9 @@ class LeftOver {
   LeftOverLimits limits_;
   int threads_;
   PlanBox reach_;  // where a tip may lower what stays
-  double x0_ = 0, y0_ = 0, step_ = 1;
+  double x0_ = 0, y0_ = 0, dx_ = 1, dy_ = 1;
+  double step_ = 1;  // at least dx_ and dy_
+  double hair_ = 0;  // rounding of the domain's sides
   std::size_t columns_ = 0, rows_ = 0;
   int most_parts_ = 8;  // to a side of a cell
   Points lattice_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/machining/tool_path_plan.h"
 #include "core/machining/verify.h"
@@ -218,6 +219,31 @@ TEST(LeftOver, FlatEndsOfContactsCutLevelGroundByTheirWidth) {
   EXPECT_LE(found.max_gouge, 0.01);
   EXPECT_LE(found.uncut_area, 0.01);
   EXPECT_EQ(told.left_area, 0);
+}
+
+// Along the top of a wall no higher than the corner, at the domain's sides, and where the cutter
+// stands on no point of the ground itself: what can be held from beside.
+TEST(LeftOver, NothingStaysThatIsHeldFromBeside) {
+  struct Case {
+    const char* part;
+    PathMethod method;
+    Cutter cutter;
+    double degrees, most;
+  };
+  for (const Case& c : {Case{"border", PathMethod::kCc, {6, 3}, 0, 0},
+                        Case{"border", PathMethod::kCc, {6, 3}, 30, 0},
+                        Case{"border", PathMethod::kCc, {6, 0}, 90, 0.01},
+                        Case{"groups", PathMethod::kDrop, {6, 0}, 0, 0},
+                        Case{"groups", PathMethod::kCc, {6, 0}, 0, 0}}) {
+    PathOptions options = path_options(c.method, c.cutter, 0.1, 0.01);
+    options.angle = c.degrees * std::numbers::pi / 180;
+    PathReport told;
+    const VerifyReport found = checked_fixture(c.part, options, told);
+    EXPECT_LE(found.max_gouge, 0.01) << c.part;
+    EXPECT_LE(found.uncut_area, c.most) << c.part << ' ' << c.degrees << ": " << found.max_excess
+                                        << " at " << found.max_excess_at.transpose();
+    EXPECT_EQ(told.left_area, 0) << c.part;
+  }
 }
 
 // Nor does a flat end's contact. On the map nothing is gouged: beside a wall straight down is not
