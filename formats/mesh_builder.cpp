@@ -28,6 +28,10 @@ FaceVerdict FaceBuilder::add(std::span<const std::uint32_t> vertices,
     for (const std::uint32_t v : vertices) corners_.push_back(mesh_.positions[v]);
     if (!cut_polygon(corners_, cut_)) verdict = FaceVerdict::kCrossing;
   }
+  // A face none of whose corners has one is a face without, whatever others of its section have.
+  if (std::all_of(normals.begin(), normals.end(), [](std::uint32_t n) { return n == kNoNormal; })) {
+    normals = {};
+  }
   // Files without normals or elements, most of them, are spared the arrays until the first face has
   // one.
   if (!normals.empty() && mesh_.corner_normals.empty()) {
