@@ -109,12 +109,7 @@ class OffReader {
     more();
     const char* const at = text_.at();
     const std::string_view word = text_.word();
-    std::optional<Keyword> keyword = keyword_of(word);
-    if (!keyword && integer_of(word)) {
-      // The format's manual lets the keyword be left out.
-      keyword.emplace();
-      text_.move_to(at);
-    }
+    const std::optional<Keyword> keyword = keyword_of(word);
     if (!keyword) return text_.error("found " + quoted(word) + ", expected the keyword 'OFF'", at);
     keyword_ = *keyword;
     if (keyword_.four || keyword_.many) {

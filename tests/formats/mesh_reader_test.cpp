@@ -178,7 +178,6 @@ TEST(MeshReader, TakesWhatIsOddAndSaysSo) {
       {&kObj, square + "mtllib ../../etc/passwd\nf 1 2 3\n", 1, "no folder to be looked for in"},
       {&kObj, square, 0, "the file has no faces"},
       {&kObj, square + "f 1 3 2 4\n", 2, "1 polygon crosses itself"},
-      {&kOff, "# a\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", 1, ""},  // the keyword may be left out
       {&kOff, "OFF # a\n4 1 0\n0 0 0\n1 0 0 # b\n1 1 0\n\n0 1 0\n4 0 1 2 3\n", 2, ""},
       {&kOff,
        "CNOFF 3 1 0\n0 0 0 0 0 1 1.0 0.0 0.0 1.0\n1 0 0 0 0 1 1. 0. 0. 1.\n0 1 0 0 0 1 1. 0. 0. "
