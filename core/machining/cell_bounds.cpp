@@ -323,9 +323,9 @@ void CellBounds::add(std::span<const SweepMove> moves, int threads) {
     for (std::size_t t = begin; t < end; ++t) {
       for (const std::uint32_t r : runs_over[t]) {
         for (const SweepMove& m : run(r)) {
-          if (!meet(box_of({&m, 1}), tiles_[t])) continue;
-          const double low = std::min(m.from.z(), m.to.z());
           const PlanBox reach = box_of({&m, 1});  // wider than the move by the radius
+          if (!meet(reach, tiles_[t])) continue;
+          const double low = std::min(m.from.z(), m.to.z());
           for (const std::uint32_t c : cells_of_[t]) {
             const PlanBox& cell = boxes_[c];
             const double x = std::max(reach.x0 - cell.x1, cell.x0 - reach.x1) + R;

@@ -2,7 +2,6 @@
 // rows of the coarsest dyadic spacing that passes through its middle.
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/last_check.h"
-#include "core/tessellate/home.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include "core/parallel.h"
 #include "core/tessellate/arrangement.h"
 #include "core/tessellate/curve_check.h"
+#include "core/tessellate/home.h"
 
 namespace diesink {
 namespace {

@@ -1,13 +1,32 @@
 // Arcs at the border of the sheet.
 // SPDX-License-Identifier: Apache-2.0
-#include <numbers>
+#include <optional>
 
+#include "core/base/exact_plan.h"
 #include "core/tessellate/scan_arc_cutter.h"
 
 namespace diesink {
 namespace {
 
 constexpr std::uint32_t kNone = ScanSheet::kNone;
+
+int turn_of(const Vec2& a, const Vec2& b, const Vec2& c) {
+  return turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
+}
+
+// Whether p comes before q on the way round o, clockwise from `from`, which comes last itself.
+// Exact.
+bool clockwise_before(const Vec2& o, const Vec2& from, const Vec2& p, const Vec2& q) {
+  const auto part = [&](const Vec2& d) {
+    const int side = turn_of(o, from, d);
+    if (side != 0) return side < 0 ? 0 : 2;
+    const bool ahead = from.x() != o.x() ? (from.x() > o.x()) == (d.x() > o.x())
+                                         : (from.y() > o.y()) == (d.y() > o.y());
+    return ahead ? 3 : 1;
+  };
+  const int of_p = part(p), of_q = part(q);
+  return of_p != of_q ? of_p < of_q : turn_of(o, p, q) < 0;
+}
 
 }  // namespace
 
@@ -363,15 +382,13 @@ void ArcCutter::turn_at(const std::vector<char>& shared, PlanRegion& region) con
     const std::uint32_t n = end(u);
     if (leaving[n].size() < 2) continue;
     const std::vector<std::uint32_t>& nodes = arc_of(u).nodes;
-    const Vec2 back = at(uses[u].forward ? nodes[nodes.size() - 2] : nodes[1]) - at(n);
-    double least = std::numeric_limits<double>::infinity();
+    const Vec2 back = at(uses[u].forward ? nodes[nodes.size() - 2] : nodes[1]);
+    std::optional<Vec2> nearest;
     for (const std::uint32_t w : leaving[n]) {
       const std::vector<std::uint32_t>& of = arc_of(w).nodes;
-      const Vec2 d = at(uses[w].forward ? of[1] : of[of.size() - 2]) - at(n);
-      double clockwise = std::atan2(back.y() * d.x() - back.x() * d.y(), back.dot(d));
-      if (clockwise <= 0) clockwise += 2 * std::numbers::pi;
-      if (clockwise >= least) continue;
-      least = clockwise;
+      const Vec2 ahead = at(uses[w].forward ? of[1] : of[of.size() - 2]);
+      if (nearest && !clockwise_before(at(n), back, ahead, *nearest)) continue;
+      nearest = ahead;
       next[u] = w;
     }
   }

@@ -253,8 +253,10 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
   }
   Result<Tessellation> made = mesh_faces(seen ? *seen : home.surface(), plan, options);
   if (!made) return made;
+  const auto start = std::chrono::steady_clock::now();
   if (home.is_moved()) move_back(home.way(), *made);
   last_check(seen ? *seen : given, options.threads, *made);
+  made->report.seconds_tessellate += seconds_since(start);
   if (options.progress) options.progress(1);
   return made;
 }

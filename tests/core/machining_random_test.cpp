@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <sstream>
+#include <string>
 
 #include "core/machining/tool_path_plan.h"
 #include "core/machining/verify.h"
@@ -50,8 +52,9 @@ Result<CompoundSurface> random_surface(std::uint64_t seed, Base base) {
 }
 
 // The meshes paths are checked against, over scans with holes.
-void prove_wide_mesh(std::uint64_t seed, bool solid, double most_uncertified,
-                     bool may_fold = false) {
+// `folds`: of chords of the scan's border, which cannot be split, triangles beside a steep face
+// look down; the report has to tell the place.
+void prove_wide_mesh(std::uint64_t seed, bool solid, double most_uncertified, bool folds = false) {
   constexpr double kDiameters[] = {6, 8, 5};
   const Result<CompoundSurface> surface = random_surface(seed, Base::kScan);
   ASSERT_TRUE(surface);
@@ -62,11 +65,17 @@ void prove_wide_mesh(std::uint64_t seed, bool solid, double most_uncertified,
   how.tessellation.threads = 2;
   how.tessellation.solid = solid;
   test::ProofFigures figures;
-  const std::string faults = test::prove(*wide, how, &figures);
-  if (may_fold) {
-    EXPECT_EQ(faults.find("off"), std::string::npos) << "seed " << seed << '\n' << faults;
-  } else {
-    EXPECT_EQ(faults, "") << "seed " << seed;
+  std::istringstream faults(test::prove(*wide, how, &figures));
+  std::string others;
+  for (std::string line; std::getline(faults, line);) {
+    if (!folds || !(line.starts_with("face triangles that look down:") ||
+                    line.starts_with("plan area of what is turned over:"))) {
+      others += line + '\n';
+    }
+  }
+  EXPECT_EQ(others, "") << "seed " << seed;
+  if (folds) {
+    EXPECT_GT(figures.uncertified, 1e-6) << "seed " << seed;
   }
   EXPECT_LE(figures.residual, 1e-9) << "seed " << seed;
   EXPECT_LE(figures.uncertified, most_uncertified) << "seed " << seed;
@@ -80,10 +89,9 @@ TEST(WideMeshes, WhatIsCertifiedOverScansHolds) {
 }
 
 // Seed 54: the rim of a pocket and the crease in it where another solid stands against its side are
-// one line for 0.0002, with the crease's curve and the base beside it, 6 mm above. (Folds of the
-// steep face there may be told.)
+// one line for 0.0002, with the crease's curve and the base beside it, 6 mm above.
 TEST(WideMeshes, ACreaseAndARimThatAreOneLineHaveTheirOwnHeights) {
-  prove_wide_mesh(54, false, 1e-3, true);
+  prove_wide_mesh(54, false, 1e-4, true);
 }
 
 // A triangle that is not there has one vertex on the border of the domain: two parts of the mesh

@@ -94,6 +94,23 @@ TEST_P(TiledFixtures, MeetToTheBitOnTheGrid) {
   EXPECT_EQ(faults.text(), "") << "without creases";
 }
 
+// Far from the origin each tile is made near it; cuts and seams agree for all that.
+TEST(Tiles, FarFromTheOriginTheyMeetToTheBit) {
+  std::size_t found = 0;
+  for (const NamedCase& one : named_cases()) {
+    if (one.name != "HemisphereBoss" && one.name != "WallsAndRimsOnGridLines" &&
+        one.name != "ZigzagBase")
+      continue;
+    TessellationOptions options;
+    options.tolerance = one.tolerance;
+    EXPECT_EQ(all_tilings(surface_of(moved(one.text, 1e6)), options), "") << one.name;
+    options.scheme = MeshScheme::kGrid;
+    EXPECT_EQ(tile_faults(surface_of(moved(one.text, 1e6)), options, {3, 2}), "") << one.name;
+    ++found;
+  }
+  EXPECT_EQ(found, 3U);
+}
+
 INSTANTIATE_TEST_SUITE_P(Parts, TiledFixtures,
                          testing::Values("allprims", "border", "fig6", "groups", "inch", "nobase",
                                          "pockets", "spheres", "steinmetz", "tangent"),

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstdio>
 #include <ostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -324,6 +327,35 @@ inline std::vector<NamedCase> named_cases() {
        "Y-RNG,0,100\nTOLER,.1\n",
        0.1},
   };
+}
+
+// The text with every point and range moved in plan.
+inline std::string moved(const std::string& text, double by) {
+  std::istringstream lines(text);
+  std::string out;
+  for (std::string line; std::getline(lines, line);) {
+    const bool point = line.size() > 2 && line[0] == 'P' && line[1] >= '0' && line[1] <= '9';
+    const bool range = line.starts_with("X-RNG") || line.starts_with("Y-RNG");
+    // A point of a base's grid.
+    const bool node = line.find_first_not_of("-+.,0123456789e") == std::string::npos &&
+                      std::count(line.begin(), line.end(), ',') == 2;
+    if (!point && !range && !node) {
+      out += line + '\n';
+      continue;
+    }
+    std::istringstream fields(line);
+    std::string field;
+    for (int k = 0; std::getline(fields, field, ','); ++k) {
+      if (k == (node ? 0 : 1) || k == (node ? 1 : 2)) {
+        char number[40];
+        std::snprintf(number, sizeof number, "%.17g", std::stod(field) + by);
+        field = number;
+      }
+      out += (k > 0 ? "," : "") + field;
+    }
+    out += '\n';
+  }
+  return out;
 }
 
 }  // namespace diesink::test
