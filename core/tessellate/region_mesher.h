@@ -1,0 +1,94 @@
+// One region of the die, triangulated in the chart of its face and refined.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "core/tessellate/deviation_filter.h"
+#include "core/tessellate/region_mesh.h"
+
+namespace diesink {
+
+// Used by one thread at a time; different regions may be refined side by side.
+// Needs: everything given by reference outlives this; arcs change between calls alone, as
+//        take_split() and keep() say.
+class RegionMesher {
+ public:
+  RegionMesher(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
+               const ArcSamples& samples, const TriangleDeviation& deviation,
+               const RegionOptions& options, std::uint32_t index)
+      : arrangement_(arrangement),
+        samples_(samples),
+        deviation_(deviation),
+        options_(options),
+        chart_(surface, arrangement.regions[index].label, deviation.base()),
+        filter_(deviation, arrangement.regions[index].label),
+        flat_(2 * options.least_altitude) {
+    mesh_.label = arrangement.regions[index].label;
+    mesh_.region = index;
+  }
+
+  using Chord = std::array<std::uint32_t, 2>;  // arc points
+
+  // Builds anew from the arcs as they are; the chords to split where that does not go.
+  std::vector<Chord> build();
+  // One round; the chords to split before it can go on.
+  std::vector<Chord> refine();
+  // A chord of this region's border has got a point in its middle.
+  void take_split(const Chord& chord, std::uint32_t point);
+  void keep(const Chord& chord);
+  [[nodiscard]] bool broken() const { return broken_; }
+  // What refine() asked for last must be split however short it is.
+  [[nodiscard]] bool urgent() const { return urgent_; }
+  RegionMesh finish();
+  // Triangles to be expected, roughly: curved faces are filled at the spacing of their borders.
+  [[nodiscard]] double weight() const;
+
+ private:
+  [[nodiscard]] Vec2 to_plane(const Vec3& p) const {
+    return options_.grid_x != nullptr ? Vec2(p.head<2>()) : chart_.to_chart(p);
+  }
+  std::uint32_t local(std::uint32_t arc_point);
+  std::vector<Chord> chords_of_turned();
+  std::vector<Chord> chords_of_tight();
+  void renew_border_bounds();
+  void insert_apex();
+  void insert_grid();
+  [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
+  [[nodiscard]] bool looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] bool may_round_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] bool has_no_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  // Distance between the triangle and its face, that of its vertices' chords from their arcs, and
+  // both.
+  [[nodiscard]] double face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] double border_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  [[nodiscard]] double bound_of(double face, std::uint32_t a, std::uint32_t b,
+                                std::uint32_t c) const;
+  // True where bound_of() is at most the limit if the face's bound is.
+  [[nodiscard]] bool border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                                  double limit) const;
+  [[nodiscard]] bool too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+
+  const Arrangement& arrangement_;
+  const ArcSamples& samples_;
+  const TriangleDeviation& deviation_;
+  const RegionOptions& options_;
+  FaceChart chart_;
+  DeviationFilter filter_;
+  double flat_;  // altitude of a triangle without area
+  PlanarTriangulation triangulation_;
+  RegionMesh mesh_;
+  std::unordered_map<std::uint32_t, std::uint32_t> local_of_;
+  std::vector<Vec2> points_;
+  std::vector<double> spacing_;                           // of each vertex, chart length
+  std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
+  bool built_ = false, broken_ = false, urgent_ = false;
+  mutable bool tight_ = false;  // arcs leave some triangle no room
+  int turned_rounds_ = 0, tight_rounds_ = 0;
+};
+
+}  // namespace diesink
