@@ -23,6 +23,26 @@ inline int turn(double ax, double ay, double bx, double by, double cx, double cy
   return exact_turn(ax, ay, bx, by, cx, cy);
 }
 
+struct PlanPoint {
+  double x = 0, y = 0;
+};
+
+// Whether p comes before q on the way round o, clockwise from `from`, which comes last itself; what
+// lies one way is one place. Exact.
+// Needs: none of them at o; coordinates as for turn().
+inline bool clockwise_before(const PlanPoint& o, const PlanPoint& from, const PlanPoint& p,
+                             const PlanPoint& q) {
+  const auto part = [&](const PlanPoint& d) {
+    const int side = turn(o.x, o.y, from.x, from.y, d.x, d.y);
+    if (side != 0) return side < 0 ? 0 : 2;
+    const bool ahead =
+        from.x != o.x ? (from.x > o.x) == (d.x > o.x) : (from.y > o.y) == (d.y > o.y);
+    return ahead ? 3 : 1;
+  };
+  const int of_p = part(p), of_q = part(q);
+  return of_p != of_q ? of_p < of_q : turn(o.x, o.y, p.x, p.y, q.x, q.y) < 0;
+}
+
 // The unevaluated sum of two doubles, about 104 bits.
 struct TwoWords {
   double high = 0, low = 0;

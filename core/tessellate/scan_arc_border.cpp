@@ -10,24 +10,6 @@ namespace {
 
 constexpr std::uint32_t kNone = ScanSheet::kNone;
 
-int turn_of(const Vec2& a, const Vec2& b, const Vec2& c) {
-  return turn(a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
-}
-
-// Whether p comes before q on the way round o, clockwise from `from`, which comes last itself.
-// Exact.
-bool clockwise_before(const Vec2& o, const Vec2& from, const Vec2& p, const Vec2& q) {
-  const auto part = [&](const Vec2& d) {
-    const int side = turn_of(o, from, d);
-    if (side != 0) return side < 0 ? 0 : 2;
-    const bool ahead = from.x() != o.x() ? (from.x() > o.x()) == (d.x() > o.x())
-                                         : (from.y() > o.y()) == (d.y() > o.y());
-    return ahead ? 3 : 1;
-  };
-  const int of_p = part(p), of_q = part(q);
-  return of_p != of_q ? of_p < of_q : turn_of(o, p, q) < 0;
-}
-
 }  // namespace
 
 // The nearest point of the sheet's border, for a node found by halving beside it.
@@ -387,7 +369,9 @@ void ArcCutter::turn_at(const std::vector<char>& shared, PlanRegion& region) con
     for (const std::uint32_t w : leaving[n]) {
       const std::vector<std::uint32_t>& of = arc_of(w).nodes;
       const Vec2 ahead = at(uses[w].forward ? of[1] : of[of.size() - 2]);
-      if (nearest && !clockwise_before(at(n), back, ahead, *nearest)) continue;
+      if (nearest && !clockwise_before({at(n).x(), at(n).y()}, {back.x(), back.y()},
+                                       {ahead.x(), ahead.y()}, {nearest->x(), nearest->y()}))
+        continue;
       nearest = ahead;
       next[u] = w;
     }
