@@ -344,14 +344,18 @@ void LayerJoiner::cut_pair(std::uint32_t i, std::uint32_t j) {
   const double s = cross(c - a, v) / cross(u, v);
   const Vec2 p = a + s * u;
   const double t = v.dot(p - c) / (lv * lv);
-  double z = -HUGE_VAL;
-  if (!top(p, z)) z = -HUGE_VAL;
+  double own = -HUGE_VAL;  // of what is no foot
   for (const Line* line : {&f, &g}) {
     if (line->foot) continue;
     const double at = line == &f ? s : t;
     const double za = sheet_.points[line->a].z(), zb = sheet_.points[line->b].z();
-    z = std::fmax(z, za + at * (zb - za));
+    own = std::fmax(own, za + at * (zb - za));
   }
+  // Under something higher neither is seen there, nor does it hide the other, and a foot runs on
+  // over it.
+  if (!(f.foot && g.foot) && scan_.is_above(p.x(), p.y(), own + snap_)) return;
+  double z = own;
+  if (double highest = 0; top(p, highest)) z = std::fmax(z, highest);
   if (!(z > -HUGE_VAL)) return;
   const std::uint32_t made = add_point({p.x(), p.y(), z});
   if (f.foot || g.foot) at_wall_[made] = 1;

@@ -170,16 +170,38 @@ bool ScannedSurface::at(double x, double y, BaseHit& hit) const {
   bool found = false;
   ScannedTriangle t;
   const PlanGrid& plan = this->plan();
-  for (const std::uint32_t face : plan.in_cell(plan.cells.column(x), plan.cells.line(y))) {
+  const std::span<const std::uint32_t> cell =
+      plan.in_cell(plan.cells.column(x), plan.cells.line(y));
+  const bool from_top = cell.size() > PlanGrid::kDeep;
+  for (const std::uint32_t face : cell) {
+    if (from_top && found && top_of(face) < hit.z) break;
     const PlanBox b = box_of(face);
     if (x < b.x0 || x > b.x1 || y < b.y0 || y > b.y1) continue;
     if (!triangle(face, t) || !t.covers(x, y)) continue;
     const double z = t.height(t.along_row(y), x);
-    if (found && !(z > hit.z)) continue;
+    if (found && (z < hit.z || (z == hit.z && face > hit.face))) continue;
     hit = {z, t.zx, t.zy, face};
     found = true;
   }
   return found;
+}
+
+bool ScannedSurface::is_above(double x, double y, double z) const {
+  ScannedTriangle t;
+  const PlanGrid& plan = this->plan();
+  const std::span<const std::uint32_t> cell =
+      plan.in_cell(plan.cells.column(x), plan.cells.line(y));
+  const bool from_top = cell.size() > PlanGrid::kDeep;
+  for (const std::uint32_t face : cell) {
+    if (!(top_of(face) > z)) {
+      if (from_top) break;
+      continue;
+    }
+    const PlanBox b = box_of(face);
+    if (x < b.x0 || x > b.x1 || y < b.y0 || y > b.y1) continue;
+    if (triangle(face, t) && t.covers(x, y) && t.height(t.along_row(y), x) > z) return true;
+  }
+  return false;
 }
 
 void ScannedSurface::row(double y, std::span<const double> xs, double* z, double* zx, double* zy,
@@ -195,11 +217,18 @@ void ScannedSurface::row(double y, std::span<const double> xs, double* z, double
   const int line = cells.line(y);
   const std::size_t last = lines.first_above(plan_box_.x1);
   ScannedTriangle t;
+  std::vector<std::uint32_t> ascending;
   // Each cell of the line answers for the points whose cell it is.
   for (std::size_t from = lines.first_from(plan_box_.x0), to = from; from < last; from = to) {
     const int column = cells.column(xs[from]);
     while (to < last && cells.column(xs[to]) == column) ++to;
-    for (const std::uint32_t f : plan.in_cell(column, line)) {
+    std::span<const std::uint32_t> cell = plan.in_cell(column, line);
+    if (cell.size() > PlanGrid::kDeep) {
+      ascending.assign(cell.begin(), cell.end());
+      std::sort(ascending.begin(), ascending.end());
+      cell = ascending;
+    }
+    for (const std::uint32_t f : cell) {
       const PlanBox b = box_of(f);
       if (y < b.y0 || y > b.y1 || xs[from] > b.x1 || xs[to - 1] < b.x0) continue;
       if (!triangle(f, t)) continue;

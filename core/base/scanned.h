@@ -56,6 +56,9 @@ class ScannedSurface {
   // Bound: |dz| is at most what moving the point by 2^-50 of the largest coordinate does.
   bool at(double x, double y, BaseHit& hit) const;
 
+  // Whether at() finds something higher than z: sooner than it where there are many layers.
+  [[nodiscard]] bool is_above(double x, double y, double z) const;
+
   // A run along x at one y, the same digits as at(); z is NaN and slopes 0 where no triangle is.
   // Shape: the arrays have the length of xs, which ascends; face may be null.
   void row(double y, std::span<const double> xs, double* z, double* zx, double* zy,
@@ -143,7 +146,10 @@ class ScannedSurface {
     Cells cells;
     std::size_t upright = 0;
     std::vector<std::uint32_t> start;  // of each cell in items
-    LargeArray<std::uint32_t> items;   // triangles of each cell, ascending
+    // The triangles of each cell: ascending, or in cells of more than kDeep from the one that
+    // reaches highest down, so that what is under the topmost need not be looked at.
+    static constexpr std::size_t kDeep = 24;
+    LargeArray<std::uint32_t> items;
     [[nodiscard]] std::span<const std::uint32_t> in_cell(int column, int line) const {
       const std::size_t cell = static_cast<std::size_t>(line) * static_cast<std::size_t>(cells.nx) +
                                static_cast<std::size_t>(column);
@@ -170,6 +176,10 @@ class ScannedSurface {
   bool triangle(std::uint32_t face, ScannedTriangle& out) const {
     const std::array<std::uint32_t, 3>& t = triangles_[face];
     return out.set(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+  }
+  [[nodiscard]] double top_of(std::uint32_t face) const {
+    const std::array<std::uint32_t, 3>& t = triangles_[face];
+    return std::max(positions_[t[0]].z(), std::max(positions_[t[1]].z(), positions_[t[2]].z()));
   }
   // Asks memory for a triangle's vertices.
   void ask_for(std::size_t face) const {

@@ -174,6 +174,14 @@ void ScannedSurface::make_plan() const {
         for (const RowBins::Entry& e : bins.row(line)) {
           for (std::size_t k = e.x0; k <= e.x1; ++k) plan.items.data()[next[k]++] = e.item;
         }
+        for (std::size_t cell = line * columns; cell < (line + 1) * columns; ++cell) {
+          if (plan.start[cell + 1] - plan.start[cell] <= PlanGrid::kDeep) continue;
+          std::sort(plan.items.data() + plan.start[cell], plan.items.data() + plan.start[cell + 1],
+                    [&](std::uint32_t f, std::uint32_t g) {
+                      const double zf = top_of(f), zg = top_of(g);
+                      return zf != zg ? zf > zg : f < g;
+                    });
+        }
       }
     });
     plan.made.store(true, std::memory_order_release);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -217,6 +218,57 @@ TEST(Scanned, GridsMeetEdgesAndVerticesOnTheirLines) {
     if (z[k] == mesh.positions[v].z()) {
       ASSERT_GE(face[k], lowest[v]);
     }
+  }
+}
+
+// Cells with many layers are looked through from the top: the same answers, and of equal heights
+// the lowest number.
+TEST(Scanned, ManyLayersOfWhichSomeAreOneTwice) {
+  std::mt19937 random(41);
+  std::vector<int> height;
+  for (int k = 0; k < 60; ++k) height.push_back(k / 2);
+  std::shuffle(height.begin(), height.end(), random);
+  TriangleMesh mesh;
+  std::uniform_real_distribution<double> lean(-0.8, 0.8), place(-1, 11);
+  std::vector<std::array<double, 2>> leans;
+  for (int k = 0; k < 30; ++k) leans.push_back({lean(random) / 5, lean(random) / 5});
+  for (const int h : height) {
+    const auto v = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto [zx, zy] = leans[static_cast<std::size_t>(h)];
+    for (const auto& [x, y] : {std::pair{0, 0}, {10, 0}, {10, 10}, {0, 10}})
+      mesh.positions.emplace_back(x, y, h + zx * x + zy * y);
+    mesh.triangles.push_back({v, v + 1, v + 2});
+    mesh.triangles.push_back({v, v + 2, v + 3});
+  }
+  const ScannedSurface surface = scan_of(mesh);
+  for (int k = 0; k < 3000; ++k) {
+    const double x = k < 30 ? k % 6 * 2.0 : place(random), y = k < 30 ? k % 5 * 2.0 : place(random);
+    BaseHit best, hit;
+    bool any = false;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+      const auto& t = mesh.triangles[f];
+      ScannedTriangle one;
+      if (!one.set(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]])) continue;
+      if (!one.covers(x, y)) continue;
+      const double z = one.height(one.along_row(y), x);
+      if (!any || z > best.z) best = {z, one.zx, one.zy, f};
+      any = true;
+    }
+    ASSERT_EQ(surface.at(x, y, hit), any);
+    std::uint32_t face = kNoFace;
+    double z = 0, zx = 0, zy = 0;
+    surface.row(y, std::span(&x, 1), &z, &zx, &zy, &face);
+    if (!any) {
+      EXPECT_FALSE(surface.is_above(x, y, -1e3));
+      EXPECT_EQ(face, kNoFace);
+      continue;
+    }
+    EXPECT_EQ(hit.z, best.z);
+    EXPECT_EQ(hit.face, best.face);
+    EXPECT_EQ(z, best.z);
+    EXPECT_EQ(face, best.face);
+    EXPECT_TRUE(surface.is_above(x, y, std::nextafter(best.z, -1e9)));
+    EXPECT_FALSE(surface.is_above(x, y, best.z));
   }
 }
 
