@@ -2,6 +2,7 @@
 #include "core/tessellate/draw_together.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -60,6 +61,15 @@ class Tidier {
     std::uint32_t end = 0;
   };
 
+  // Of a stretch of curve, and what it was found from: both of its corners ask for it, with either
+  // neighbour, in every round.
+  struct Middle {
+    bool known = false, found = false;
+    PlanNode from, to;
+    Label left = kNoLabel, right = kNoLabel;
+    Vec2 at = Vec2::Zero();
+  };
+
   [[nodiscard]] bool is_corner(std::uint32_t n) const {
     return graph_.nodes[n].corner && !graph_.nodes[n].links.empty();
   }
@@ -76,6 +86,7 @@ class Tidier {
   }
 
   bool contract(std::uint32_t l);
+  const Middle& middle_of(std::uint32_t l, std::uint32_t n);
   void join_close();
   void join_doubled_corners();
   void join_double_roots();
@@ -86,8 +97,8 @@ class Tidier {
   [[nodiscard]] bool has_curves_of(std::uint32_t corner, std::uint32_t other) const;
   [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l) const;
   [[nodiscard]] bool stays_beside(std::uint32_t n, const Path& path) const;
-  [[nodiscard]] std::vector<Vec2> points_of(std::uint32_t start, const Path& path) const;
-  [[nodiscard]] bool is_thin(std::uint32_t start, const Path& a, const Path& b) const;
+  std::vector<Vec2> points_of(std::uint32_t start, const Path& path);
+  bool is_thin(std::uint32_t start, const Path& a, const Path& b);
   void drop(std::uint32_t start, const Path& path);
   void relabel(std::uint32_t start, const Path& kept, const Path& dropped, bool left, Label label);
   bool remove_sliver_at(std::uint32_t corner);
@@ -100,6 +111,7 @@ class Tidier {
   CellGraph& graph_;
   CurveSolver solver_;
   double near_;  // 1e-9 of the size: what vertices of curves are held to
+  std::vector<std::array<Middle, 2>> middles_;  // of each link, from its either end
 };
 
 // Makes the two ends of a link one node, the surer of them; what was a loop between them goes.
@@ -293,28 +305,50 @@ Tidier::Path Tidier::path_from(std::uint32_t n, std::uint32_t l) const {
   return path;
 }
 
+// Of link l, from node n on.
+const Tidier::Middle& Tidier::middle_of(std::uint32_t l, std::uint32_t n) {
+  const GraphLink& link = graph_.links[l];
+  const bool along = link.from == n;
+  const GraphNode &from = graph_.nodes[n], &to = graph_.nodes[other_end(l, n)];
+  const Label left = along ? link.left : link.right, right = along ? link.right : link.left;
+  const auto is_as_it_was = [](const PlanNode& was, const GraphNode& is) {
+    return was.x == is.x && was.y == is.y &&
+           std::ranges::equal(was.heights, is.heights,
+                              [](const LabelHeight& g, const LabelHeight& h) {
+                                return g.label == h.label && g.z == h.z;
+                              });
+  };
+  if (middles_.size() < graph_.links.size()) middles_.resize(graph_.links.size());
+  Middle& middle = middles_[l][along ? 0 : 1];
+  if (middle.known && middle.left == left && middle.right == right &&
+      is_as_it_was(middle.from, from) && is_as_it_was(middle.to, to)) {
+    return middle;
+  }
+  middle = {true, false, plan_node_of(from), plan_node_of(to), left, right, Vec2::Zero()};
+  PlanNode found;
+  if (link.curve.type != CurveType::kUnsolved && (at(n) - Vec2(to.x, to.y)).norm() > near_ &&
+      point_on_stretch(surface_, solver_, link.curve, left, right, middle.from, middle.to, 0.5,
+                       found)) {
+    middle.found = true;
+    middle.at = {found.x, found.y};
+  }
+  return middle;
+}
+
 // The path's nodes and the middles of its stretches, on their curves.
-std::vector<Vec2> Tidier::points_of(std::uint32_t start, const Path& path) const {
+std::vector<Vec2> Tidier::points_of(std::uint32_t start, const Path& path) {
   std::vector<Vec2> points{at(start)};
   std::uint32_t n = start;
   for (std::size_t k = 0; k < path.links.size(); ++k) {
-    const std::uint32_t next = k < path.between.size() ? path.between[k] : path.end;
-    const GraphLink& link = graph_.links[path.links[k]];
-    const bool along = link.from == n;
-    PlanNode middle;
-    if (link.curve.type != CurveType::kUnsolved && (at(n) - at(next)).norm() > near_ &&
-        point_on_stretch(surface_, solver_, link.curve, along ? link.left : link.right,
-                         along ? link.right : link.left, plan_node_of(graph_.nodes[n]),
-                         plan_node_of(graph_.nodes[next]), 0.5, middle)) {
-      points.emplace_back(middle.x, middle.y);
-    }
-    points.push_back(at(next));
-    n = next;
+    const Middle& middle = middle_of(path.links[k], n);
+    if (middle.found) points.push_back(middle.at);
+    n = k < path.between.size() ? path.between[k] : path.end;
+    points.push_back(at(n));
   }
   return points;
 }
 
-bool Tidier::is_thin(std::uint32_t start, const Path& a, const Path& b) const {
+bool Tidier::is_thin(std::uint32_t start, const Path& a, const Path& b) {
   const std::vector<Vec2> one = points_of(start, a), two = points_of(start, b);
   const auto is_along = [&](const std::vector<Vec2>& points, const std::vector<Vec2>& chain) {
     return std::all_of(points.begin(), points.end(), [&](const Vec2& r) {
