@@ -276,6 +276,17 @@ void Assembler::strip(const StripSide& p, const StripSide& q, std::uint32_t e) {
   const auto n0 = static_cast<std::uint32_t>(out_.mesh.normals.size());
   out_.mesh.normals.push_back(p.normal);
   out_.mesh.normals.push_back(q.normal);
+  // Where the sides change places between p and q, triangles on either column look another way.
+  std::uint32_t turned = n0;  // the normals on the column that the strip's do not go with
+  bool turned_p = false, turned_q = false;
+  if ((p.left - p.right) * (q.left - q.right) < 0) {
+    turned_p = (p.left - p.right + q.left - q.right >= 0) != (p.left > p.right);
+    turned_q = !turned_p;
+    turned = n0 + 2;
+    out_.mesh.normals.push_back(-p.normal);
+    out_.mesh.normals.push_back(-q.normal);
+  }
+  const std::uint32_t np = turned_p ? turned : n0, nq = turned_q ? turned : n0;
   const auto& at = out_.mesh.positions;
   std::size_t i = 0, j = 0;
   while (i + 1 < cp.size() || j + 1 < cq.size()) {
@@ -284,10 +295,10 @@ void Assembler::strip(const StripSide& p, const StripSide& q, std::uint32_t e) {
       up_q = (at[cp[i]] - at[cq[j + 1]]).squaredNorm() < (at[cq[j]] - at[cp[i + 1]]).squaredNorm();
     }
     if (up_q) {
-      triangle(cp[i], cq[j], cq[j + 1], e, n0, n0 + 1, n0 + 1);
+      triangle(cp[i], cq[j], cq[j + 1], e, nq, nq + 1, nq + 1);
       ++j;
     } else {
-      triangle(cp[i], cq[j], cp[i + 1], e, n0, n0 + 1, n0);
+      triangle(cp[i], cq[j], cp[i + 1], e, np, np + 1, np);
       ++i;
     }
   }
@@ -305,6 +316,8 @@ std::string Assembler::wall_solid(const PlanArc& arc) const {
 }
 
 void Assembler::add_walls() {
+  const double tolerance =
+      options_.tolerance > 0 ? options_.tolerance : compound_.program().machining.tolerance;
   std::vector<std::uint32_t> chain;
   for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
     const PlanArc& arc = arrangement_.arcs[a];
@@ -348,10 +361,23 @@ void Assembler::add_walls() {
       const std::uint32_t p = chain[k], q = chain[k + 1];
       const double pl = left_z(p), pr = right_z(p), ql = left_z(q), qr = right_z(q);
       if (pl == pr && ql == qr) continue;
+      // A corner between them is not there: small beside the tolerance, or told.
+      const double low = std::fmin(std::fabs(pl - pr), std::fabs(ql - qr));
+      if ((pl - pr) * (ql - qr) < 0 && low > kUnseen * tolerance) {
+        const ArcPoint &from = samples_.points[p], &to = samples_.points[q];
+        out_.report.add_doubt(
+            {0.5 * (from.x + to.x), 0.5 * (from.y + to.y), 0.25 * (pl + pr + ql + qr)},
+            out_.mesh.elements[e].name, "the sides of a wall change places",
+            std::hypot(to.x - from.x, to.y - from.y) * tolerance);
+      }
       double& bound = wall_bound_[e];
       bound = std::fmax(bound, samples_.chord_bound(p, q));
       const double s = pl - pr + ql - qr >= 0 ? 1 : -1;
-      const Vec2 tp = normal_at(k), tq = normal_at(k + 1);
+      Vec2 tp = normal_at(k), tq = normal_at(k + 1);
+      // Round a hairpin the mean looks away from a chord: the chord's own then.
+      for (Vec2* t : {&tp, &tq}) {
+        if (!(t->dot(chord(k)) > 0)) *t = chord(k);
+      }
       const ArcEnd first{a, false}, last{a, true};
       strip({p, pr, pl, Vec3(s * tp.y(), -s * tp.x(), 0), k == 0 ? &first : nullptr},
             {q, qr, ql, Vec3(s * tq.y(), -s * tq.x(), 0), k + 2 == n ? &last : nullptr}, e);

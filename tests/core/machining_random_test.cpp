@@ -88,6 +88,10 @@ TEST(WideMeshes, WhatIsCertifiedOverScansHolds) {
   prove_wide_mesh(55, false, HUGE_VAL);
 }
 
+TEST(WideMeshes, NormalsOfWallsAreOnTheirSide) {
+  prove_wide_mesh(58, false, HUGE_VAL);
+}
+
 // Seed 54: the rim of a pocket and the crease in it where another solid stands against its side are
 // one line for 0.0002, with the crease's curve and the base beside it, 6 mm above.
 TEST(WideMeshes, ACreaseAndARimThatAreOneLineHaveTheirOwnHeights) {
