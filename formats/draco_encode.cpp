@@ -189,7 +189,7 @@ class Encoding {
         {{static_cast<std::uint32_t>(blob.position_id), 5126, 3}}};
     const auto decoded = decode_draco(bytes, {triangles, 3 * triangles}, request);
     if (!decoded) return false;
-    blob.triangle_count = decoded->triangles.size();
+    blob.triangle_count = decoded->indices.size() / 3;
     blob.vertex_count = decoded->attributes[0].size() / sizeof(Float3);
     if (blob.triangle_count != triangles || blob.triangle_count == 0) return false;
     std::vector<Float3> points(blob.vertex_count);
@@ -201,8 +201,7 @@ class Encoding {
         blob.high[k] = std::max(blob.high[k], point[k]);
       }
     }
-    return geometry_hash(points, std::span(decoded->triangles[0].data(),
-                                           3 * decoded->triangles.size())) == hash_;
+    return geometry_hash(points, decoded->indices) == hash_;
   }
 
   const DracoSource& source_;

@@ -65,7 +65,7 @@ struct DracoLimits {
 };
 
 struct DecodedDraco {
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> indices;              // three a triangle
   std::vector<std::vector<std::byte>> attributes;  // one a request, tightly packed
   std::size_t vertex_count = 0;
 };

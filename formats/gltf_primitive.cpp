@@ -57,10 +57,7 @@ Status GltfPrimitives::decompress(const tg::Primitive& primitive, const GltfDrac
     }
     attributes[names[i]] = std::move(decoded->attributes[i]);
   }
-  indices.reserve(3 * decoded->triangles.size());
-  for (const auto& triangle : decoded->triangles) {
-    indices.insert(indices.end(), triangle.begin(), triangle.end());
-  }
+  indices = std::move(decoded->indices);
   return ok();
 }
 

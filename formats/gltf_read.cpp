@@ -93,8 +93,9 @@ class Reader {
   std::uint32_t element_for(const GltfScene& scene, const GltfInstance& at, std::size_t p);
   std::string fresh_name(std::string name);
   Status add_primitive(const GltfScene& scene, const GltfInstance& at, std::size_t p);
-  Result<Indices> place_vertices(const GltfArrays& arrays, const Placing& placing,
-                                 const Vec3& offset, bool lines);
+  // Moves the positions into the scene and gives the vertex of each.
+  Result<Indices> place_vertices(GltfArrays& arrays, const Placing& placing, const Vec3& offset,
+                                 bool lines);
   void add_triangles(const GltfArrays& arrays, const Placing& placing, const Indices& vertex,
                      int mode, std::uint32_t element);
   void add_lines(const GltfArrays& arrays, const Indices& vertex, int mode,
@@ -176,6 +177,9 @@ Status Reader::count_items(const GltfScene& scene) {
     return Error{ErrorCode::kLimit, "the scene needs more memory than allowed",
                  Place{options_.file_name}};
   }
+  mesh_.triangles.reserve(triangles);
+  mesh_.triangle_element.reserve(triangles);
+  if (any_normals_) mesh_.corner_normals.reserve(triangles);
   return ok();
 }
 
@@ -255,11 +259,11 @@ std::uint32_t Reader::element_for(const GltfScene& scene, const GltfInstance& at
   return static_cast<std::uint32_t>(mesh_.elements.size() - 1);
 }
 
-Result<Reader::Indices> Reader::place_vertices(const GltfArrays& arrays, const Placing& placing,
+Result<Reader::Indices> Reader::place_vertices(GltfArrays& arrays, const Placing& placing,
                                                const Vec3& offset, bool lines) {
-  Indices vertex(arrays.positions.size());
-  for (std::size_t i = 0; i < vertex.size(); ++i) {
+  for (std::size_t i = 0; i < arrays.positions.size(); ++i) {
     const Vec3 p = placing.point(arrays.positions[i]) + offset;
+    arrays.positions[i] = p;
     if (!p.allFinite()) {
       return wrong("has a position that is not finite in the scene, number " + std::to_string(i));
     }
@@ -274,16 +278,24 @@ Result<Reader::Indices> Reader::place_vertices(const GltfArrays& arrays, const P
       }
       warn("a position beyond " + std::to_string(static_cast<long long>(options_.max_coordinate)));
     }
-    vertex[i] = lines && arrays.colors.empty()
-                    ? weld_.line_vertex(p)
-                    : weld_.vertex(p, arrays.colors.empty() ? nullptr : &arrays.colors[i]);
   }
-  return vertex;
+  return lines && arrays.colors.empty() ? weld_.line_vertices(arrays.positions)
+                                        : weld_.vertices(arrays.positions, arrays.colors);
 }
 
 void Reader::add_triangles(const GltfArrays& arrays, const Placing& placing, const Indices& vertex,
                            int mode, std::uint32_t element) {
+  constexpr std::uint32_t kUnknown = 0xFFFFFFFFu;
   const Indices& indices = arrays.indices;
+  Indices normal_of(any_normals_ ? arrays.normals.size() : 0, kUnknown);
+  const auto normal_at = [&](std::uint32_t corner) {
+    Vec3 n = placing.normal(arrays.normals[corner]);
+    if (!n.allFinite()) {
+      warn("a normal without a direction is read as 0 0 1");
+      n = Vec3::UnitZ();
+    }
+    return weld_.normal(vertex[corner], n);
+  };
   const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
     std::array<std::uint32_t, 3> corner{indices[a], indices[b], indices[c]};
     if (mode == kTriangleStrip &&
@@ -306,12 +318,13 @@ void Reader::add_triangles(const GltfArrays& arrays, const Placing& placing, con
       if (n.norm() > 0) flat = n.normalized();
     }
     for (std::size_t k = 0; k < 3; ++k) {
-      Vec3 n = arrays.normals.empty() ? flat : placing.normal(arrays.normals[corner[k]]);
-      if (!n.allFinite()) {
-        warn("a normal without a direction is read as 0 0 1");
-        n = Vec3::UnitZ();
+      if (arrays.normals.empty()) {
+        normals[k] = weld_.normal(triangle[k], flat);
+        continue;
       }
-      normals[k] = weld_.normal(triangle[k], n);
+      std::uint32_t& known = normal_of[corner[k]];
+      if (known == kUnknown) known = normal_at(corner[k]);
+      normals[k] = known;
     }
     mesh_.corner_normals.push_back(normals);
   };
@@ -401,7 +414,7 @@ Status Reader::add_primitive(const GltfScene& scene, const GltfInstance& at, std
     warn("a primitive of points is left out");
     return ok();
   }
-  const auto loaded = primitives_.read(at.mesh, p);
+  auto loaded = primitives_.read(at.mesh, p);
   if (!loaded) return loaded.error();
   const Placing placing(at.matrix);
   if (placing.flat) warn("a node whose matrix makes its mesh flat");

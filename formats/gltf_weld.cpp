@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/gltf_weld.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace diesink {
@@ -29,8 +30,11 @@ std::size_t GltfWeld::slot_of(const Vec3& position) const {
   return h & (slots_.size() - 1);
 }
 
-void GltfWeld::grow() {
-  slots_.assign(std::max<std::size_t>(slots_.size() * 2, 1024), kNone);
+// So many more vertices will leave half of the slots free.
+void GltfWeld::make_room(std::size_t vertices) {
+  const std::size_t most = mesh_.positions.size() - first_ + vertices;
+  if (2 * most <= slots_.size()) return;
+  slots_.assign(std::bit_ceil(std::max<std::size_t>(2 * most, 1024)), kNone);
   for (std::uint32_t v = first_; v < mesh_.positions.size(); ++v) {
     std::size_t slot = slot_of(mesh_.positions[v]);
     while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
@@ -38,24 +42,55 @@ void GltfWeld::grow() {
   }
 }
 
-std::uint32_t GltfWeld::vertex(const Vec3& position, const Color* color) {
-  return find_or_add(position, color != nullptr ? *color : kWhite, false);
-}
-
-std::uint32_t GltfWeld::line_vertex(const Vec3& position) {
-  return find_or_add(position, kWhite, true);
-}
-
-std::uint32_t GltfWeld::find_or_add(const Vec3& position, const Color& given, bool any_color) {
-  if (!join_) return add(position, given);
-  if ((mesh_.positions.size() - first_ + 1) * 2 > slots_.size()) grow();
-  std::size_t slot = slot_of(position);
+std::uint32_t GltfWeld::find_or_add(std::size_t slot, const Vec3& position, const Color& color,
+                                    bool any_color) {
   for (;; slot = (slot + 1) & (slots_.size() - 1)) {
     const std::uint32_t held = slots_[slot];
     if (held == kNone || held < first_) break;
-    if (any_color ? mesh_.positions[held] == position : same(held, position, given)) return held;
+    if (any_color ? mesh_.positions[held] == position : same(held, position, color)) return held;
   }
-  return slots_[slot] = add(position, given);
+  return slots_[slot] = add(position, color);
+}
+
+// The slots and the positions they lead to lie anywhere in memory: both are fetched some vertices
+// ahead, which takes half the time.
+std::vector<std::uint32_t> GltfWeld::find_or_add(std::span<const Vec3> positions,
+                                                 std::span<const Color> colors, bool any_color) {
+  constexpr std::size_t kAhead = 16;  // a slot; its vertex half as far
+  std::vector<std::uint32_t> out(positions.size());
+  const auto color = [&](std::size_t i) -> const Color& {
+    return colors.empty() ? kWhite : colors[i];
+  };
+  if (!join_) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = add(positions[i], color(i));
+    return out;
+  }
+  make_room(positions.size());
+  std::array<std::size_t, kAhead> slots{};
+  for (std::size_t i = 0; i < out.size() + kAhead; ++i) {
+    if (i >= kAhead) {
+      const std::size_t v = i - kAhead;
+      out[v] = find_or_add(slots[v % kAhead], positions[v], color(v), any_color);
+    }
+    if (i < out.size()) {
+      slots[i % kAhead] = slot_of(positions[i]);
+      __builtin_prefetch(&slots_[slots[i % kAhead]]);
+    }
+    if (i >= kAhead / 2 && i - kAhead / 2 < out.size()) {
+      const std::uint32_t held = slots_[slots[(i - kAhead / 2) % kAhead]];
+      if (held != kNone) __builtin_prefetch(mesh_.positions.data() + held);
+    }
+  }
+  return out;
+}
+
+std::vector<std::uint32_t> GltfWeld::vertices(std::span<const Vec3> positions,
+                                              std::span<const Color> colors) {
+  return find_or_add(positions, colors, false);
+}
+
+std::vector<std::uint32_t> GltfWeld::line_vertices(std::span<const Vec3> positions) {
+  return find_or_add(positions, {}, true);
 }
 
 std::uint32_t GltfWeld::normal(std::uint32_t vertex, const Vec3& normal) {

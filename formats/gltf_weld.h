@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/mesh.h"
@@ -22,11 +23,12 @@ class GltfWeld {
   // From here on no vertex is joined to one before.
   void next_group() { first_ = static_cast<std::uint32_t>(mesh_.positions.size()); }
 
-  // The number of the vertex at this position, equal to the bit, and of this colour. Where colours
-  // are given at all, vertices without one are white.
-  std::uint32_t vertex(const Vec3& position, const Color* color);
-  // The number of a vertex at this position of whatever colour: lines have none of their own.
-  std::uint32_t line_vertex(const Vec3& position);
+  // Of each position the number of the vertex there, equal to the bit, and of its colour; without
+  // colours they are white. Needs: no colours, or one a position.
+  std::vector<std::uint32_t> vertices(std::span<const Vec3> positions,
+                                      std::span<const Color> colors);
+  // The numbers of vertices of whatever colour: lines have none of their own.
+  std::vector<std::uint32_t> line_vertices(std::span<const Vec3> positions);
   // The number of this normal, equal to the bit, at this vertex.
   std::uint32_t normal(std::uint32_t vertex, const Vec3& normal);
 
@@ -34,9 +36,12 @@ class GltfWeld {
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   static constexpr Color kWhite{255, 255, 255, 255};
 
-  std::uint32_t find_or_add(const Vec3& position, const Color& color, bool any_color);
+  std::vector<std::uint32_t> find_or_add(std::span<const Vec3> positions,
+                                         std::span<const Color> colors, bool any_color);
+  std::uint32_t find_or_add(std::size_t slot, const Vec3& position, const Color& color,
+                            bool any_color);
   std::uint32_t add(const Vec3& position, const Color& color);
-  void grow();
+  void make_room(std::size_t vertices);
   [[nodiscard]] std::size_t slot_of(const Vec3& position) const;
   [[nodiscard]] bool same(std::uint32_t vertex, const Vec3& position, const Color& color) const;
 

@@ -188,8 +188,8 @@ TEST(Draco, DamagedStreamsNeverGiveWrongIndices) {
     const auto check = [&](std::span<const std::byte> bytes) {
       const auto decoded = decode_draco(bytes, limits, position);
       if (!decoded) return;
-      for (const auto& triangle : decoded->triangles) {
-        for (const std::uint32_t corner : triangle) ASSERT_LT(corner, decoded->vertex_count);
+      for (const std::uint32_t corner : decoded->indices) {
+        ASSERT_LT(corner, decoded->vertex_count);
       }
       EXPECT_EQ(decoded->attributes[0].size(), 12 * decoded->vertex_count);
     };
