@@ -148,12 +148,20 @@ Status GltfAccessors::put_sparse(int accessor, GltfValues& values) {
   const std::size_t index_size = size_of(sparse.indices.componentType);
   const std::byte* index = indices->data() + sparse.indices.byteOffset;
   const std::byte* value = replacements->data() + sparse.values.byteOffset;
+  std::uint32_t before = 0;
   for (int i = 0; i < sparse.count; ++i, index += index_size, value += size) {
     const std::uint32_t at = index_at(index, sparse.indices.componentType);
     if (at >= values.count) {
       return wrong("accessors[" + std::to_string(accessor) + "].sparse replaces element " +
                    std::to_string(at) + " of " + std::to_string(values.count));
     }
+    // glTF 2.0, 3.6.2.3. What stands twice would have two values.
+    if (i > 0 && at <= before) {
+      return wrong("accessors[" + std::to_string(accessor) + "].sparse has index " +
+                   std::to_string(at) + " behind " + std::to_string(before) +
+                   ", expected indices that increase");
+    }
+    before = at;
     std::memcpy(values.bytes.data() + at * size, value, size);
   }
   return ok();

@@ -28,7 +28,8 @@ class GltfAccessors {
   explicit GltfAccessors(const GltfModel& model) : model_(model) {}
 
   // `decoded` replaces the bytes of the accessor's view: what Draco gave, tightly packed; or is
-  // empty. Errors: kInput where a compressed view is damaged or a sparse index is out of range.
+  // empty. Errors: kInput where a compressed view is damaged or sparse indices are out of range or
+  // do not increase.
   Result<GltfValues> values(int accessor, std::vector<std::byte> decoded = {});
   // The bytes of a view, decompressed where EXT_meshopt_compression says so.
   Result<std::span<const std::byte>> view(int number);

@@ -254,6 +254,28 @@ TEST(GltfHostile, MessagesNameTheValueAtFault) {
       std::string::npos);
 }
 
+TEST(GltfHostile, SparseIndicesIncrease) {
+  // One triangle at the origin, two of its corners replaced: those of the two bytes given in
+  // base64.
+  const auto file = [](const std::string& numbers) {
+    return as_bytes(
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,)"
+        R"("componentType":5126,"count":3,"type":"VEC3","sparse":{"count":2,"indices":{)"
+        R"("bufferView":1,"componentType":5121},"values":{"bufferView":0}}}],"bufferViews":[)"
+        R"({"buffer":0,"byteLength":36},{"buffer":1,"byteLength":2}],"buffers":[{"byteLength":36,)"
+        R"("uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"},)"
+        R"({"byteLength":2,"uri":"data:application/octet-stream;base64,)" +
+        numbers + R"("}]})");
+  };
+  EXPECT_EQ(refusal(file("AAI=")), "");                                              // 0 2
+  EXPECT_NE(refusal(file("AQE=")).find("index 1 behind 1"), std::string::npos);      // 1 1
+  EXPECT_NE(refusal(file("AgE=")).find("accessors[0].sparse has index 1 behind 2"),  // 2 1
+            std::string::npos)
+      << refusal(file("AgE="));
+  EXPECT_NE(refusal(file("AQM=")).find("element 3 of 3"), std::string::npos);  // 1 3
+}
+
 TEST(GltfHostile, PositionsBeyondAllFloatsAreRefused) {
   const Bytes whole = glb_of(test::die_mesh(3), false);
   for (const double scale : {1e40, 1e300}) {
