@@ -304,12 +304,20 @@ void Assembler::strip(const StripSide& p, const StripSide& q, std::uint32_t e) {
   }
 }
 
+// The solid whose end most of the arc is: beside a point where ends of two touch, which cannot be
+// told apart there, a few stretches may be the other's.
 std::string Assembler::wall_solid(const PlanArc& arc) const {
-  for (const PlanCurve& curve : arc.curves) {
-    if (curve.type == CurveType::kShadow) {
-      return compound_.program().solids[static_cast<std::size_t>(curve.first.solid)].id;
-    }
+  std::map<std::int32_t, double> lengths;
+  for (std::size_t k = 0; k < arc.curves.size(); ++k) {
+    if (arc.curves[k].type != CurveType::kShadow) continue;
+    const PlanNode &p = arrangement_.nodes[arc.nodes[k]], &q = arrangement_.nodes[arc.nodes[k + 1]];
+    lengths[arc.curves[k].first.solid] += std::hypot(q.x - p.x, q.y - p.y);
   }
+  const auto longest =
+      std::max_element(lengths.begin(), lengths.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (longest != lengths.end())
+    return compound_.program().solids[static_cast<std::size_t>(longest->first)].id;
   const Label later = row_of(arc.left) > row_of(arc.right) ? arc.left : arc.right;
   const int surface = compound_.surface_of_row(row_of(later));
   return surface == 0 ? "B" : compound_.program().solids[static_cast<std::size_t>(surface - 1)].id;

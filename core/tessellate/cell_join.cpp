@@ -270,6 +270,30 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     }
   }
   if (c.kind != CellKind::kLeast) return false;
+  // One crease alone, come in from more than two sides: it crosses itself. (Where it comes in
+  // beside a corner of the cell it may have been found by halving alone: as flat as it is there, a
+  // tie is far longer in plan.)
+  const Item* on = nullptr;
+  bool alone = items.size() > 2;
+  for (const Item& item : items) {
+    const PlanCurve& curve = graph_.nodes[item.node].curve;
+    if (curve.type == CurveType::kUnsolved) {
+      alone = alone && (matches(item, items[0]) ||
+                        (item.before == items[0].before && item.after == items[0].after));
+    } else {
+      alone = alone && (on == nullptr || curve.same_as(graph_.nodes[on->node].curve));
+      on = &item;
+    }
+  }
+  if (alone && on != nullptr) {
+    const PlanCurve crease = graph_.nodes[on->node].curve;
+    Vec2 at = middle;
+    double z = own_height(graph_.nodes[on->node]);
+    if (solver_.double_point(crease, at, z) && within(at) && seen(crease, at, z)) {
+      add_corner(items, at, &crease, &crease, z, z, nullptr);
+      return true;
+    }
+  }
   add_corner(items, middle, nullptr, nullptr, 0, 0, nullptr);
   return true;
 }

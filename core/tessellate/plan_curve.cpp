@@ -220,6 +220,55 @@ bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, d
   return last <= 4096 * done;
 }
 
+bool CurveSolver::double_point(const PlanCurve& curve, Vec2& at, double& z) const {
+  if (curve.type != CurveType::kMeet) return false;
+  const Implicit f[2] = {implicit(curve.first), implicit(curve.second)};
+  constexpr double kLeastUpright = 1e-3;  // of a normal: beside silhouettes slopes say nothing
+  const double done = std::ldexp(surface_->size, -50);
+  double heights[2] = {z, z};
+  const auto slope = [&](int i, const Vec2& p, Vec2& out) {
+    Vec3 g;
+    for (int k = 0; k < kNewtonSteps; ++k) {
+      const double v = f[i].evaluate({p.x(), p.y(), heights[i]}, g);
+      if (!(std::fabs(g.z()) > kLeastUpright) || !std::isfinite(v)) return false;
+      heights[i] -= v / g.z();
+      if (std::fabs(v) <= done) break;
+    }
+    out = -g.head<2>() / g.z();
+    return true;
+  };
+  // How the difference of slopes changes, by differences over so much of the plan.
+  const double apart = 1e-6 * surface_->size;
+  const auto difference = [&](const Vec2& p, Vec2& out) {
+    Vec2 one, two;
+    if (!slope(0, p, one) || !slope(1, p, two)) return false;
+    out = one - two;
+    return true;
+  };
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kNewtonSteps; ++k) {
+    Vec2 beside_x, beside_y, here;
+    if (!difference(at + Vec2(apart, 0), beside_x) || !difference(at + Vec2(0, apart), beside_y) ||
+        !difference(at, here)) {
+      return false;
+    }
+    Eigen::Matrix2d m;
+    m << (beside_x - here) / apart, (beside_y - here) / apart;
+    const Vec2 delta = m.fullPivLu().solve(-here);
+    const double step = delta.cwiseAbs().maxCoeff();
+    if (!(step < 1e-2 * surface_->size)) return false;
+    at += delta;
+    if (step <= done || (k > 3 && step >= last)) {
+      Vec2 unused;
+      if (step > 4096 * done || !slope(0, at, unused) || !slope(1, at, unused)) return false;
+      z = heights[0];
+      return std::fabs(heights[0] - heights[1]) <= 1e-9 * surface_->size;
+    }
+    last = step;
+  }
+  return false;
+}
+
 bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0,
                             double& t, double& z) const {
   t = 0.5;

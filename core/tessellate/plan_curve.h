@@ -93,6 +93,12 @@ class CurveSolver {
   // The common plan point of two curves near `at`; z1, z2 are the curves' own heights there.
   bool corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1, double& z2) const;
 
+  // Where a crease crosses itself near `at`: both faces have one height and one slope there.
+  // False where there is no such point, or the faces are more than 1e-9 of the size apart in it.
+  // Needs: heights of both faces within z of the point; neither upright there.
+  // Bound: the slopes are equal to rounding.
+  bool double_point(const PlanCurve& curve, Vec2& at, double& z) const;
+
   // z is on the label's side of the middle of its quadric: the sheet that is seen.
   bool on_sheet(Label label, const Vec2& p, double z) const;
 

@@ -19,6 +19,8 @@ constexpr double kEdgeShare = 0.7;
 // Chords over that many times the shortest are halved while something lies nearer than half their
 // length.
 constexpr double kNearest = 8;
+// Of the tolerance: chords without a bound are halved down to it, as those of arcs are.
+constexpr double kUnboundShare = 0.1;
 constexpr int kDeepest = 40;  // halvings between two changes
 
 class SeamMaker {
@@ -110,7 +112,13 @@ void SeamMaker::divide(const Place& a, const Place& b, Label label, int depth) {
     return;
   const Vec3 p = at(a), q = at(b), middle = at(m);
   const double length = (q - p).norm();
-  if (length <= 2 * options_.shortest) return;
+  if (length <= 2 * options_.shortest) {
+    // Beside a silhouette, where the section turns within less, only shorter chords have a bound.
+    if (length <= kUnboundShare * options_.tolerance || chord_bound(label, a, b) < HUGE_VAL) return;
+    divide(a, m, label, depth + 1);
+    add(label, m);
+    return divide(m, b, label, depth + 1);
+  }
   const FaceChart& on = chart(label);
   double edge = HUGE_VAL;
   for (const Vec3& r : {p, middle, q}) edge = std::fmin(edge, on.spacing(r, options_.tolerance));

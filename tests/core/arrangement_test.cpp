@@ -200,6 +200,30 @@ int doubled_corners(const Arrangement& a, double near) {
 
 // Where the rim of an oblique recess dips below the plate and its silhouette ends, two cells side
 // by side may both find the corner: one as the meeting of three faces, one as a least cell.
+// Equal cylinders: the crease crosses itself in a point that no two curves tell, in a cell of its
+// own wherever the cells lie.
+TEST(Arrangement, WhereACreaseCrossesItselfItsCornerIsExact) {
+  for (const NamedCase& one : named_cases()) {
+    if (one.name != "Steinmetz" && one.name != "SteinmetzPocket") continue;
+    for (const double by : {0.0, -32.0, 3.0}) {
+      const CompoundSurface surface = surface_of(moved(one.text, by));
+      for (int variant = 0; variant < 8; ++variant) {
+        ArrangementOptions options;
+        options.tolerance = one.tolerance;
+        options.variant = variant;
+        const Result<Arrangement> made = arrange(surface, {by, 40 + by, by, 40 + by}, options);
+        ASSERT_TRUE(made);
+        double nearest = 1e300;
+        for (const PlanNode& node : made->nodes) {
+          const double away = std::hypot(node.x - 20 - by, node.y - 20 - by);
+          if (node.corner) nearest = std::min(nearest, away);
+        }
+        EXPECT_LE(nearest, 1e-12 * surface.size()) << one.name << " variant " << variant;
+      }
+    }
+  }
+}
+
 TEST(Arrangement, ACornerThatTwoCellsFindIsOne) {
   for (const char* recess : {"P1,151.7154,2685.6383,-0.5970\nNOR,0.0650,-0.0430,1.0\nLVE,-0.4995,0."
                              "4126,0.1\nL-R,23.9610\nS-R,16.1661\nLEN,23.8427\n",

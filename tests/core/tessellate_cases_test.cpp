@@ -81,20 +81,6 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
 
-// Along the domain's border a face is within a tie of the base for far more than a tie of the plan.
-TEST(DegenerateDies, RidgesOnSaddlesOfTheGrid) {
-  const std::string text =
-      "SOLID-DEF\nP,PARAB,1\nP1,15,25,5\nP2,15,25,-5\nRAD,5\n" + box("A", "35,35,-10", "40,45,5") +
-      "C,3-PRIS,1\nP1,10,25,-5\nP2,10,35,-5\nP3,10,30,0\nP4,20,25,-5\nP5,20,35,-5\n"
-      "P6,20,30,0\n" +
-      cylinder("D", "10,10,0", "10,30,0", "5") +
-      "BSURF-DEF\n3,3\n0,0,5\n20,0,0\n40,0,0\n0,20,0\n20,20,5\n40,20,0\n0,40,0\n20,40,5\n"
-      "40,40,5\nBOOLE-DEF\nB-P+A+C+D\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n";
-  const NamedCase given{"RidgesOnSaddlesOfTheGrid", text, 0.02};
-  EXPECT_EQ(prove_case(given, MeshScheme::kAdaptive, false), "");
-  EXPECT_EQ(prove_case(given, MeshScheme::kGrid, true), "");
-}
-
 // A part moved by 1e6 has the same elements, curves and corners, but for the rounding of its own
 // coordinates, 1e-10 there; how many triangles it takes may hang on that. What is a thousandth of a
 // millimetre has only a few digits there.

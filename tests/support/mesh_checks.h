@@ -199,9 +199,10 @@ inline void check_cover(const CompoundSurface& surface, const Tessellation& made
   if (!holes && sum < domain - slack) faults.add("plan area short of the domain", sum, domain);
 }
 
-// Whether a hole of the surface comes within 2e-9 of the size of a plan point.
+// Whether a hole of the surface comes within 4e-9 of the size of a plan point. (Two rims of R = 8
+// that touch are one to the evaluator, a tie apart, for 2e-9 of a size of 1e6.)
 inline bool is_beside_hole(const CompoundSurface& surface, const Vec2& p) {
-  for (double r = 1e-12 * surface.size(); r < 2e-9 * surface.size(); r *= 2) {
+  for (double r = 1e-12 * surface.size(); r < 4e-9 * surface.size(); r *= 2) {
     for (int k = 0; k < 64; ++k) {
       const double turn = 2 * std::numbers::pi * k / 64;
       if (!surface.at(p.x() + r * std::cos(turn), p.y() + r * std::sin(turn))) return true;

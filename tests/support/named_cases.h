@@ -270,6 +270,16 @@ inline std::vector<NamedCase> named_cases() {
            "BSURF-DEF\nPLANE\nP1,20,20,0\nNOR,1,1,4\nBOOLE-DEF\nB+S+K\nMACHI-DEF\n"
            "X-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
        0.02},
+      // Along the domain's border a face is within a tie of the base for far more than a tie of the
+      // plan; the end of a prism touches the rim of a hole.
+      {"RidgesOnSaddlesOfTheGrid",
+       "SOLID-DEF\nP,PARAB,1\nP1,15,25,5\nP2,15,25,-5\nRAD,5\n" + box("A", "35,35,-10", "40,45,5") +
+           "C,3-PRIS,1\nP1,10,25,-5\nP2,10,35,-5\nP3,10,30,0\nP4,20,25,-5\nP5,20,35,-5\n"
+           "P6,20,30,0\n" +
+           cylinder("D", "10,10,0", "10,30,0", "5") +
+           "BSURF-DEF\n3,3\n0,0,5\n20,0,0\n40,0,0\n0,20,0\n20,20,5\n40,20,0\n0,40,0\n20,40,5\n"
+           "40,40,5\nBOOLE-DEF\nB-P+A+C+D\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.02\n",
+       0.02},
       // The apex stands out in plan: both lines of the silhouette end in it.
       {"ApexOverhanging",
        "SOLID-DEF\nS,ECONE,2\nP1,58.973,54.625,1.4625\nNOR,.7198,-1.18751,.51733\n"
