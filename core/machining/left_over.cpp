@@ -66,7 +66,7 @@ double lowest_over(const CutterShape& cutter, double z, double slope, double len
 
 void LeftOver::Points::resize(std::size_t count) {
   z.assign(count, std::numeric_limits<double>::quiet_NaN());
-  left.assign(count, kInfinity);
+  left.assign(count, -kInfinity);
   nx.assign(count, 0);
   ny.assign(count, 0);
   nz.assign(count, 1);
@@ -75,6 +75,7 @@ void LeftOver::Points::resize(std::size_t count) {
 
 void LeftOver::Points::take(std::size_t k, double height, const Vec3& normal) {
   z[k] = height;
+  left[k] = kInfinity;
   nx[k] = static_cast<float>(normal.x());
   ny[k] = static_cast<float>(normal.y());
   nz[k] = static_cast<float>(normal.z());
@@ -212,6 +213,17 @@ void LeftOver::add_between(const CompoundSurface& surface) {
       }
     }
   });
+  tiles_ = (columns_ + kTile - 1) / kTile;
+  highest_.assign(tiles_ * ((rows_ + kTile - 1) / kTile), kInfinity);
+  between_start_.resize(bands * (tiles_ + 1));
+  for (std::size_t j = 0; j < bands; ++j) {
+    std::size_t k = between_.begin[j];
+    for (std::size_t t = 0; t <= tiles_; ++t) {
+      between_start_[j * (tiles_ + 1) + t] = k;
+      const double end = t < tiles_ ? x0_ + static_cast<double>((t + 1) * kTile) * dx_ : kInfinity;
+      while (k < between_.begin[j + 1] && (between_.x[k] < end || t + 1 >= tiles_)) ++k;
+    }
+  }
 }
 
 void LeftOver::cut(const Vec3& from, const Vec3& to) {
@@ -231,18 +243,33 @@ struct LeftOver::PassedMove {
     if (length > 0) along = d / length;
     if (length > 0) slope = (move.to.z() - move.from.z()) / length;
     z = length > 0 ? move.from.z() : low;
+    y0 = std::min(move.from.y(), move.to.y());
+    y1 = std::max(move.from.y(), move.to.y());
   }
 
   // Where points within `reach` of the strip y0 .. y1 may lie in x, less the reach itself.
-  [[nodiscard]] std::array<double, 2> over(double y0, double y1) const {
+  [[nodiscard]] std::array<double, 2> over(double low_y, double high_y) const {
     double t0 = 0, t1 = 1;
     if (d.y() != 0) {
-      const double ta = (y0 - from.y()) / d.y(), tb = (y1 - from.y()) / d.y();
+      const double ta = (low_y - from.y()) / d.y(), tb = (high_y - from.y()) / d.y();
       t0 = std::clamp(std::min(ta, tb), 0.0, 1.0);
       t1 = std::clamp(std::max(ta, tb), 0.0, 1.0);
     }
     const double xa = from.x() + t0 * d.x(), xb = from.x() + t1 * d.x();
     return {std::min(xa, xb), std::max(xa, xb)};
+  }
+
+  // No point of the box is nearer in plan.
+  [[nodiscard]] double gap(const PlanBox& box) const {
+    const double x1 = from.x() + d.x();
+    const double gap_x = std::max({0.0, box.x0 - std::max(from.x(), x1),
+                                   std::min(from.x(), x1) - box.x1});
+    const double gap_y = std::max({0.0, box.y0 - y1, y0 - box.y1});
+    const double ox = (box.x0 + box.x1) / 2 - from.x(), oy = (box.y0 + box.y1) / 2 - from.y();
+    const double square = std::fabs(oy * along.x() - ox * along.y()) -
+                          (std::fabs(along.y()) * (box.x1 - box.x0) +
+                           std::fabs(along.x()) * (box.y1 - box.y0)) / 2;
+    return std::max(length > 0 ? square : 0, std::sqrt(gap_x * gap_x + gap_y * gap_y));
   }
 
   void lower(const CutterShape& cutter, const Vec2& p, double& left) const {
@@ -256,55 +283,89 @@ struct LeftOver::PassedMove {
   }
 
   Vec2 from, d, along{1, 0};
-  double length, low = 0, slope = 0, z = 0;
+  double length, low = 0, slope = 0, z = 0, y0 = 0, y1 = 0;
 };
 
 void LeftOver::flush() {
   if (waiting_.empty()) return;
   const double R = cutter_.radius();
-  parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
-    const double low = y(begin), high = y(end);
-    for (const Move& move : waiting_) {
-      const double y0 = std::min(move.from.y(), move.to.y()) - R;
-      const double y1 = std::max(move.from.y(), move.to.y()) + R;
-      if (y0 > high || y1 < low) continue;
-      const PassedMove passed(move);
-      for (std::size_t j = begin; j < end; ++j) {
-        if (y(j) >= y0 && y(j) <= y1) cut_row(j, passed);
-        if (j + 1 < rows_ && y(j + 1) >= y0 && y(j) <= y1) cut_band(j, passed);
+  std::vector<PassedMove> moves;
+  moves.reserve(waiting_.size());
+  for (const Move& move : waiting_) moves.emplace_back(move);
+  waiting_.clear();
+  const std::size_t blocks = (rows_ + kTile - 1) / kTile;
+  parallel_blocks(blocks, 1, threads_, [&](std::size_t begin, std::size_t end, int) {
+    std::vector<PassedMove> near;
+    for (std::size_t block = begin; block < end; ++block) {
+      const double low = y(block * kTile), high = y(std::min(block * kTile + kTile, rows_ - 1));
+      near.clear();
+      for (const PassedMove& move : moves) {
+        if (move.y0 - R <= high && move.y1 + R >= low) near.push_back(move);
       }
+      const auto off = [&](const PassedMove& m) { return std::fabs(m.y0 + m.y1 - low - high); };
+      std::stable_sort(near.begin(), near.end(), [&](const PassedMove& p, const PassedMove& q) {
+        return off(p) < off(q);
+      });
+      cut_block(block, near);
     }
   });
-  waiting_.clear();
 }
 
-void LeftOver::cut_row(std::size_t j, const PassedMove& move) {
+void LeftOver::cut_block(std::size_t block, std::span<const PassedMove> moves) {
   const double R = cutter_.radius();
-  const auto [xa, xb] = move.over(y(j) - R, y(j) + R);
-  const double first = std::ceil((xa - R - x0_) / dx_);
-  const double last = std::floor((xb + R - x0_) / dx_);
-  if (last < 0 || first > static_cast<double>(columns_ - 1)) return;
-  const auto end = static_cast<std::size_t>(std::min(last, static_cast<double>(columns_ - 1)));
-  for (auto i = static_cast<std::size_t>(std::max(first, 0.0)); i <= end; ++i) {
-    move.lower(cutter_, {x(i), y(j)}, lattice_.left[j * columns_ + i]);
+  const std::size_t j0 = block * kTile, j1 = std::min(j0 + kTile, rows_ - 1);
+  for (const PassedMove& move : moves) {
+    const auto [xa, xb] = move.over(y(j0) - R, y(j1) + R);
+    if (xb + R < x0_ || xa - R > x(columns_ - 1)) continue;
+    const auto tile_of = [&](double at) {
+      return static_cast<std::size_t>(std::clamp(std::floor((at - x0_) / dx_), 0.0,
+                                                 static_cast<double>(columns_ - 1))) /
+             kTile;
+    };
+    for (std::size_t t = tile_of(xa - R), last = tile_of(xb + R); t <= last; ++t) {
+      double& top = highest_[block * tiles_ + t];
+      if (move.low >= top) continue;
+      const PlanBox box{x(t * kTile), x(std::min(t * kTile + kTile, columns_ - 1)), y(j0), y(j1)};
+      const double gap = move.gap(box);
+      if (gap > R || move.low + cutter_.height(gap) >= top) continue;
+      cut_tile(block, t, move);
+      top = highest(block, t);
+    }
   }
 }
 
-void LeftOver::cut_band(std::size_t j, const PassedMove& move) {
-  const auto band = [&](double at, std::size_t from) {
-    return static_cast<std::size_t>(
-        std::lower_bound(between_.x.begin() + static_cast<std::ptrdiff_t>(from),
-                         between_.x.begin() + static_cast<std::ptrdiff_t>(between_.begin[j + 1]),
-                         at) -
-        between_.x.begin());
-  };
-  if (between_.begin[j] == between_.begin[j + 1]) return;
+std::array<std::size_t, 2> LeftOver::between_of(std::size_t j, std::size_t tile) const {
+  const std::size_t at = j * (tiles_ + 1) + tile;
+  return {between_start_[at], between_start_[at + 1]};
+}
+
+void LeftOver::cut_tile(std::size_t block, std::size_t tile, const PassedMove& move) {
   const double R = cutter_.radius();
-  const auto [xa, xb] = move.over(y(j) - R, y(j + 1) + R);
-  for (std::size_t k = band(xa - R, between_.begin[j]); k < between_.begin[j + 1]; ++k) {
-    if (between_.x[k] > xb + R) break;
-    move.lower(cutter_, at_between(k), between_.left[k]);
+  const std::size_t i0 = tile * kTile, i1 = std::min(i0 + kTile, columns_);
+  for (std::size_t j = block * kTile, end = std::min(j + kTile, rows_); j < end; ++j) {
+    if (y(j) >= move.y0 - R && y(j) <= move.y1 + R) {
+      for (std::size_t i = i0; i < i1; ++i) {
+        move.lower(cutter_, {x(i), y(j)}, lattice_.left[j * columns_ + i]);
+      }
+    }
+    if (j + 1 == rows_) continue;
+    const auto [first, last] = between_of(j, tile);
+    for (std::size_t k = first; k < last; ++k) {
+      move.lower(cutter_, at_between(k), between_.left[k]);
+    }
   }
+}
+
+double LeftOver::highest(std::size_t block, std::size_t tile) const {
+  double most = -kInfinity;
+  const std::size_t i0 = tile * kTile, i1 = std::min(i0 + kTile, columns_);
+  for (std::size_t j = block * kTile, end = std::min(j + kTile, rows_); j < end; ++j) {
+    for (std::size_t i = i0; i < i1; ++i) most = std::max(most, lattice_.left[j * columns_ + i]);
+    if (j + 1 == rows_) continue;
+    const auto [first, last] = between_of(j, tile);
+    for (std::size_t k = first; k < last; ++k) most = std::max(most, between_.left[k]);
+  }
+  return most;
 }
 
 double LeftOver::stays(const Points& points, std::size_t k) {
@@ -347,7 +408,8 @@ bool LeftOver::falls_off(const Points& points, std::size_t k, const Vec2& over) 
   const std::size_t j = nearest(over.y(), y0_, dy_, rows_);
   for (std::size_t b = j - std::min<std::size_t>(j, 1); b <= std::min(j + 1, rows_ - 1); ++b) {
     for (std::size_t a = i - std::min<std::size_t>(i, 1); a <= std::min(i + 1, columns_ - 1); ++a) {
-      if (lattice_.left[b * columns_ + a] < down) return true;
+      const std::size_t at = b * columns_ + a;
+      if (lattice_.left[at] < down && !std::isnan(lattice_.z[at])) return true;
     }
   }
   return false;

@@ -78,8 +78,13 @@ class LeftOver {
   [[nodiscard]] std::array<int, 2> parts_of(std::size_t i, std::size_t j) const;
   [[nodiscard]] double own_area(std::size_t k) const;
   void flush();
-  void cut_row(std::size_t j, const PassedMove& move);
-  void cut_band(std::size_t j, const PassedMove& move);
+  // The moves over a block of kTile rows and the bands behind them, nearest first: they leave so
+  // little that most of the others are passed over.
+  void cut_block(std::size_t block, std::span<const PassedMove> moves);
+  void cut_tile(std::size_t block, std::size_t tile, const PassedMove& move);
+  // The most that is left over a tile.
+  [[nodiscard]] double highest(std::size_t block, std::size_t tile) const;
+  [[nodiscard]] std::array<std::size_t, 2> between_of(std::size_t j, std::size_t tile) const;
   // What stays at a point along the normal; 0 where nothing is asked of it.
   [[nodiscard]] static double stays(const Points& points, std::size_t k);
   [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;
@@ -115,6 +120,11 @@ class LeftOver {
   Points lattice_;
   Between between_;
   std::vector<Move> waiting_;
+  // Tiles of kTile rows and columns and what is between their points.
+  static constexpr std::size_t kTile = 16;
+  std::size_t tiles_ = 0;                   // side by side
+  std::vector<std::size_t> between_start_;  // of each band the first point of each tile
+  std::vector<double> highest_;
 };
 
 }  // namespace diesink
