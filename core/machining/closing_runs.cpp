@@ -12,6 +12,8 @@ namespace diesink {
 namespace {
 
 constexpr std::size_t kFirstStride = 16;  // rows of the lattice
+// Where points lie between the rows, each time the worst of a cell is cut.
+constexpr std::size_t kMostTimes = 6;
 
 double distance_to_move(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 d = b - a;
@@ -44,13 +46,17 @@ std::vector<Vec3> safe_run(const std::vector<Vec3>& tips, SegmentProfile& profil
 double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
                        const PathStream& stream, PathJoiner& joiner, PathReport& report) {
   double worst = 0;
-  for (std::size_t stride = kFirstStride; stride > 0; stride /= 2) {
+  std::size_t again = 0;
+  for (std::size_t stride = kFirstStride; again < kMostTimes;
+       stride = std::max(stride / 2, std::size_t{1})) {
+    if (stride == 1) ++again;
     std::vector<AddedRun> runs;
     for (const std::vector<Vec3>& tips : left.open_runs(stride)) {
       AddedRun run{tips.front().y(), safe_run(tips, profile, options, worst)};
       for (Vec3& tip : run.tips) tip.z() += options.lift;
       runs.push_back(std::move(run));
     }
+    if (runs.empty() && stride == 1) break;
     report.closing_runs += runs.size();
     cut_nearest_first(std::move(runs), options.oneway, stream, joiner);
   }

@@ -25,16 +25,22 @@ constexpr double kWallHeight = 0.5;
 constexpr double kLeastCosine = 0.05;  // of normals, where a height is divided by it
 // A run goes on over so many columns.
 constexpr std::size_t kGap = 4;
-constexpr double kRimHair = 1e-6;  // of a radius; rounding is some 1e-15 of it
+// Of the lattice's step, half the chord that the rim cuts off a line; of what may stay, the most
+// that its way inward costs.
+constexpr double kRimChord = 0.75, kRimPart = 0.05;
+// Of the limit, what the mesh may lie beside the surface where the lattice knows that.
+constexpr double kMeshPart = 0.15;
+// Of the points between the lattice's, one in so many is tried from beside.
+constexpr std::size_t kBesideStep = 3;
 // Ways from a point in which a cutter is tried beside it.
-constexpr int kHeadings = 24;
+constexpr std::size_t kHeadings = 24;
 
 // How deep a point lies in the cutter, at the distance rho from the axis and so high over the tip;
 // negative outside.
 double depth_in(const CutterShape& cutter, double rho, double height) {
   const double side = rho - cutter.flat(), under = cutter.corner() - height;
   if (side <= 0 || under <= 0) return cutter.corner() - std::max(side, under);
-  return cutter.corner() - std::hypot(side, under);
+  return cutter.corner() - std::sqrt(side * side + under * under);
 }
 
 // The lowest height of a cutter over a point beside a straight move that begins at the height z:
@@ -85,7 +91,8 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
                    const PointDrop& drop, const CutterShape& cutter, const FrameDomain& domain,
                    const LeftOverLimits& limits, double spacing, int threads,
                    std::span<const PlanBox> places)
-    : offset_(&offset),
+    : surface_(&surface),
+      offset_(&offset),
       drop_(&drop),
       cutter_(cutter),
       domain_(domain),
@@ -124,7 +131,8 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
   lattice_.resize(columns_ * rows_);
   const double R = cutter.radius();
   reach_ = {x0_ - R, x(columns_ - 1) + R, y0_ - R, y(rows_ - 1) + R};
-  hair_ = 1e-9 * cutter.radius();
+  hair_ = 1e-9 * R;
+  rim_ = std::min(kRimChord * kRimChord * step_ * step_ / (2 * R), kRimPart * limits.limit) / R;
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
       const Span inside = domain_.pass(y(j));
@@ -164,8 +172,13 @@ std::array<int, 2> LeftOver::parts_of(std::size_t i, std::size_t j) const {
   }
   const bool edge = least < kEdgeCosine || high - low > (gx + gy + kWallHeight) * step_;
   const auto parts = [&](double slope) {
-    const int along = static_cast<int>(std::lround(std::min(std::hypot(1, slope), 1e3)));
-    return std::min(std::max(along, edge ? kEdgeParts : 1), most_parts_);
+    const double along = std::min(std::hypot(1, slope), 1e3);
+    // What a sharp corner leaves on a slope falls off to both sides as steeply as the slope.
+    const double ridges = cutter_.corner() < limits_.limit
+                              ? step_ * (slope / along) / (2 * (limits_.limit - limits_.call))
+                              : 0;
+    const int count = static_cast<int>(std::max(std::round(along), std::ceil(ridges)));
+    return std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_);
   };
   return {parts(gx), parts(gy)};
 }
@@ -262,13 +275,13 @@ struct LeftOver::PassedMove {
   // No point of the box is nearer in plan.
   [[nodiscard]] double gap(const PlanBox& box) const {
     const double x1 = from.x() + d.x();
-    const double gap_x = std::max({0.0, box.x0 - std::max(from.x(), x1),
-                                   std::min(from.x(), x1) - box.x1});
+    const double gap_x =
+        std::max({0.0, box.x0 - std::max(from.x(), x1), std::min(from.x(), x1) - box.x1});
     const double gap_y = std::max({0.0, box.y0 - y1, y0 - box.y1});
     const double ox = (box.x0 + box.x1) / 2 - from.x(), oy = (box.y0 + box.y1) / 2 - from.y();
-    const double square = std::fabs(oy * along.x() - ox * along.y()) -
-                          (std::fabs(along.y()) * (box.x1 - box.x0) +
-                           std::fabs(along.x()) * (box.y1 - box.y0)) / 2;
+    const double square =
+        std::fabs(oy * along.x() - ox * along.y()) -
+        (std::fabs(along.y()) * (box.x1 - box.x0) + std::fabs(along.x()) * (box.y1 - box.y0)) / 2;
     return std::max(length > 0 ? square : 0, std::sqrt(gap_x * gap_x + gap_y * gap_y));
   }
 
@@ -303,9 +316,8 @@ void LeftOver::flush() {
         if (move.y0 - R <= high && move.y1 + R >= low) near.push_back(move);
       }
       const auto off = [&](const PassedMove& m) { return std::fabs(m.y0 + m.y1 - low - high); };
-      std::stable_sort(near.begin(), near.end(), [&](const PassedMove& p, const PassedMove& q) {
-        return off(p) < off(q);
-      });
+      std::stable_sort(near.begin(), near.end(),
+                       [&](const PassedMove& p, const PassedMove& q) { return off(p) < off(q); });
       cut_block(block, near);
     }
   });
@@ -318,8 +330,8 @@ void LeftOver::cut_block(std::size_t block, std::span<const PassedMove> moves) {
     const auto [xa, xb] = move.over(y(j0) - R, y(j1) + R);
     if (xb + R < x0_ || xa - R > x(columns_ - 1)) continue;
     const auto tile_of = [&](double at) {
-      return static_cast<std::size_t>(std::clamp(std::floor((at - x0_) / dx_), 0.0,
-                                                 static_cast<double>(columns_ - 1))) /
+      return static_cast<std::size_t>(
+                 std::clamp(std::floor((at - x0_) / dx_), 0.0, static_cast<double>(columns_ - 1))) /
              kTile;
     };
     for (std::size_t t = tile_of(xa - R), last = tile_of(xb + R); t <= last; ++t) {
@@ -368,18 +380,55 @@ double LeftOver::highest(std::size_t block, std::size_t tile) const {
   return most;
 }
 
-double LeftOver::stays(const Points& points, std::size_t k) {
-  return std::isnan(points.z[k])
-             ? 0
-             : (points.left[k] - points.z[k]) * static_cast<double>(points.nz[k]);
+double LeftOver::stays(const Points& points, std::size_t k, const Vec2& at) const {
+  if (std::isnan(points.z[k])) return 0;
+  const double above = points.left[k] - points.z[k], nz = static_cast<double>(points.nz[k]);
+  const double on_plane = above * nz;
+  if (!(above > limits_.call) || on_plane > limits_.call) return on_plane;
+  // Where the surface ends or bends away the plane of the point goes on without it.
+  const Vec3 n(static_cast<double>(points.nx[k]), static_cast<double>(points.ny[k]), nz);
+  return distance({at.x(), at.y(), points.left[k]}, at - on_plane * n.head<2>(), above);
+}
+
+double LeftOver::distance(const Vec3& top, const Vec2& foot, double above) const {
+  double best = above;
+  Vec2 nearest = top.head<2>();
+  const auto look = [&](const Vec2& at) {
+    const Vec3 p = offset_->from_frame({at.x(), at.y(), 0});
+    const std::optional<CcDatum> cc = surface_->at(p.x(), p.y());
+    if (!cc) return;
+    const double side = (at - top.head<2>()).norm(), down = std::max(0.0, top.z() - cc->z);
+    const double there = std::sqrt(side * side + down * down);
+    if (there < best) {
+      best = there;
+      nearest = at;
+    }
+  };
+  look(foot);
+  constexpr double kFinest = 1.0 / 32;  // of the distance
+  for (double step = best / 2; best > limits_.call && step > kFinest * best; step /= 2) {
+    const Vec2 from = nearest;
+    for (int way = 0; way < 8; ++way) {
+      const double d = way % 2 == 0 ? step : step * std::numbers::sqrt2 / 2;
+      const Vec2 to((way + 1) % 8 < 3    ? d
+                    : way > 2 && way < 6 ? -d
+                                         : 0,
+                    way > 0 && way < 4 ? d
+                    : way > 4          ? -d
+                                       : 0);
+      look(from + to);
+    }
+  }
+  return best;
 }
 
 Vec3 LeftOver::tip(const Points& points, std::size_t k, const Vec2& at) const {
   const Vec3 n(static_cast<double>(points.nx[k]), static_cast<double>(points.ny[k]),
                static_cast<double>(points.nz[k]));
   Vec3 tip = tip_of(offset_->cutter(), {{at.x(), at.y(), points.z[k]}, n});
-  // At the end of the surface, whose point would lie on the cutter's very rim: a hair within it.
-  tip.head<2>() += kRimHair * (at - tip.head<2>());
+  // At the end of the surface, whose point would lie on the cutter's very rim: so far within it
+  // that neighbours on a line along the end are met as well.
+  tip.head<2>() += rim_ * (at - tip.head<2>());
   return tip;
 }
 
@@ -395,7 +444,41 @@ bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
                      drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity)) <= allowed;
     points.fit[k] = yes ? Fit::kYes : Fit::kNo;
   }
-  return points.fit[k] == Fit::kYes;
+  return points.fit[k] == Fit::kYes || points.fit[k] == Fit::kCut;
+}
+
+bool LeftOver::may_hold(const Vec2& at, double rho, double top, double least) const {
+  const CutterShape& cutter = offset_->cutter();
+  const double grown = cutter.corner() - cutter_.corner();
+  const double hair = kMeshPart * limits_.limit;
+  const auto nearest = [](double v, std::size_t count) {
+    return static_cast<std::size_t>(std::clamp(v + 0.5, 0.0, static_cast<double>(count - 1)));
+  };
+  const auto look = [&](const Vec2& p, std::size_t& k) {
+    const std::size_t i = nearest((p.x() - x0_) / dx_, columns_);
+    const std::size_t j = nearest((p.y() - y0_) / dy_, rows_);
+    k = j * columns_ + i;
+    const double off2 = (Vec2(x(i), y(j)) - at).squaredNorm();
+    if (std::isnan(lattice_.z[k]) || off2 > cutter.radius() * cutter.radius()) return true;
+    const double tip = lattice_.z[k] - cutter.height(std::sqrt(off2)) - hair;
+    return depth_in(cutter_, rho, top - tip - grown) > least;
+  };
+  std::size_t k = 0;
+  if (!look(at, k)) return false;
+  // Where the cutter would touch the surface's plane here.
+  const Vec2 n(static_cast<double>(lattice_.nx[k]), static_cast<double>(lattice_.ny[k]));
+  const double flat = n.norm();
+  return !(flat > 0) || look(at - (cutter.corner() + cutter.flat() / flat) * n, k);
+}
+
+bool LeftOver::in_domain(const Vec2& at) const {
+  const std::array<Vec2, 4>& c = domain_.corners();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vec2 side = c[(k + 1) % 4] - c[k], off = at - c[k];
+    const double left = side.x() * off.y() - side.y() * off.x();
+    if (left < 0 && left < -hair_ * side.norm()) return false;
+  }
+  return true;
 }
 
 bool LeftOver::falls_off(const Points& points, std::size_t k, const Vec2& over) const {
@@ -422,17 +505,26 @@ LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over
   if (points.fit[k] == Fit::kNowhere) return {0, Vec3::Zero()};
   if (!falls_off(points, k, over)) return {0, Vec3::Zero()};
   const double R = cutter_.radius();
-  const double top = std::min(points.left[k], points.z[k] + R);  // where nothing was cut as well
+  // All that stands over the point, deep in a slot as well; where nothing was cut, a radius of it.
+  const double top = points.left[k] < kInfinity ? points.left[k] : points.z[k] + R;
   const double grown = offset_->cutter().corner() - cutter_.corner();
+  static const std::array<Vec2, kHeadings> headings = [] {
+    std::array<Vec2, kHeadings> out;
+    for (std::size_t h = 0; h < kHeadings; ++h) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(h) / kHeadings;
+      out[h] = Vec2(std::cos(angle), std::sin(angle));
+    }
+    return out;
+  }();
   bool found = false;
   // Deep in the cutter first: what is cut far from its rim needs the fewest runs.
   for (double depth = R / 2; !found; depth = std::max(depth / 2, limits_.call)) {
-    for (int heading = 0; heading < kHeadings; ++heading) {
-      const double angle = 2 * std::numbers::pi * heading / kHeadings;
-      const double rho = R - std::max(depth, limits_.call);
-      const Vec2 at = over + rho * Vec2(std::cos(angle), std::sin(angle));
-      const Span inside = domain_.pass(at.y());
-      if (at.x() < inside.x0 - hair_ || at.x() > inside.x1 + hair_) continue;
+    const double rho = R - std::max(depth, limits_.call);
+    for (std::size_t heading = 0; heading < kHeadings; ++heading) {
+      const Vec2 at = over + rho * headings[heading];
+      if (!in_domain(at)) continue;
+      // Most often the part itself keeps a cutter from it.
+      if (!may_hold(at, rho, top, best.height)) continue;
       const double z = drop_->at(at.x(), at.y(), top - best.height);
       const double held = depth_in(cutter_, rho, top - z - grown);
       if (!(held > best.height)) continue;
@@ -446,9 +538,12 @@ LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over
 }
 
 LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over, double least) {
-  const double height = stays(points, k);
+  const double height = stays(points, k, over);
   if (!(height > least)) return {0, Vec3::Zero()};
-  if (!fits(points, k, over)) return beside(points, k, over, least);
+  if (!fits(points, k, over)) {
+    const bool tried = &points != &between_ || k % kBesideStep == 0;
+    return tried ? beside(points, k, over, least) : Place{0, Vec3::Zero()};
+  }
   Vec3 at = tip(points, k, over);
   at.z() = kNoContact;  // lowered when it is used
   return {height, at};
@@ -465,8 +560,10 @@ void LeftOver::add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs)
   std::size_t last = columns_;
   for (std::size_t i = 0; i < columns_; ++i) {
     const std::size_t k = j * columns_ + i;
+    if (lattice_.fit[k] == Fit::kCut) continue;
     const Place found = place(lattice_, k, at_lattice(k), limits_.call);
     if (!(found.height > 0)) continue;
+    if (lattice_.fit[k] == Fit::kYes) lattice_.fit[k] = Fit::kCut;
     add_to_runs(found.tip, last < columns_ && i <= last + kGap, runs);
     last = i;
   }
@@ -481,12 +578,14 @@ void LeftOver::add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs
     std::size_t worst = k;
     Place most{limits_.call, Vec3::Zero()};
     for (; k < between_.begin[j + 1] && between_.x[k] < end; ++k) {
+      if (between_.fit[k] == Fit::kCut) continue;
       const Place here = place(between_, k, at_between(k), most.height);
       if (!(here.height > most.height)) continue;
       most = here;
       worst = k;
     }
     if (!(most.height > limits_.call)) continue;
+    if (between_.fit[worst] == Fit::kYes) between_.fit[worst] = Fit::kCut;
     add_to_runs(most.tip, between_.x[worst] <= last + static_cast<double>(kGap) * dx_, runs);
     last = between_.x[worst];
   }
@@ -530,7 +629,8 @@ LeftOver::Rest LeftOver::rest() {
       const auto add = [&](Points& points, std::size_t k, const Vec2& at, double area) {
         const Place here = place(points, k, at, limits_.limit);
         if (!(here.height > limits_.limit)) return;
-        of[j].area += area;
+        const bool on_it = fits(points, k, at);
+        of[j].area += &points == &between_ && !on_it ? kBesideStep * area : area;
         of[j].height = std::max(of[j].height, here.height);
       };
       for (std::size_t k = j * columns_; k < (j + 1) * columns_; ++k) {

@@ -27,7 +27,7 @@ class LeftOver {
   // wider where that gives more than two million points. On slopes and beside edges there are
   // points between, so that along the surface they are no further apart; up to two million of them.
   // With `places` nothing else is looked at. Everything is in the frame of `offset`.
-  // Needs: `surface` known over the domain; `offset` and `drop` outlive it.
+  // Needs: `surface` known over the domain; all three outlive it.
   LeftOver(const CompoundSurface& surface, const OffsetSurface& offset, const PointDrop& drop,
            const CutterShape& cutter, const FrameDomain& domain, const LeftOverLimits& limits,
            double spacing, int threads, std::span<const PlanBox> places = {});
@@ -52,11 +52,12 @@ class LeftOver {
   struct Move {
     Vec3 from, to;
   };
-  enum class Fit : std::uint8_t { kUnknown, kYes, kNo, kNowhere };  // kNowhere: nor from beside
+  // kCut: a run was put over it; kNowhere: nor from beside.
+  enum class Fit : std::uint8_t { kUnknown, kYes, kCut, kNo, kNowhere };
   // Where a cutter should go, and how much more than it would stays at a point; 0 for none.
   struct Place {
     double height = 0;
-    Vec3 tip = Vec3::Zero();
+    Vec3 tip = Vec3::Zero();  // kNoContact high where equation (6) gave it
   };
   struct Points {
     std::vector<double> z, left;  // of the surface, NaN where nothing is asked; of what stays
@@ -85,8 +86,12 @@ class LeftOver {
   // The most that is left over a tile.
   [[nodiscard]] double highest(std::size_t block, std::size_t tile) const;
   [[nodiscard]] std::array<std::size_t, 2> between_of(std::size_t j, std::size_t tile) const;
-  // What stays at a point along the normal; 0 where nothing is asked of it.
-  [[nodiscard]] static double stays(const Points& points, std::size_t k);
+  // What stays at a point: along the normal, or the distance to the surface where that is more than
+  // `call` and the surface ends before; 0 where nothing is asked of it.
+  [[nodiscard]] double stays(const Points& points, std::size_t k, const Vec2& at) const;
+  // From what is left to the surface, by a search from a place near its foot: a little more than it
+  // is, or any distance below `call`.
+  [[nodiscard]] double distance(const Vec3& top, const Vec2& foot, double above) const;
   [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;
   [[nodiscard]] bool fits(Points& points, std::size_t k, const Vec2& at);
   // Adds the points of a row where more than `call` stays to its runs; of a band the worst between
@@ -99,12 +104,17 @@ class LeftOver {
   // Where what is left falls off steeply, as at a ridge beside a wall or at the domain's side, a
   // cutter that stands free holds it deeper than `least`, though none touches the point itself.
   [[nodiscard]] Place beside(Points& points, std::size_t k, const Vec2& at, double least) const;
+  // Whether a point at the height `top`, rho from the cutter's axis at a place, may be held deeper
+  // than `least`: false where points of the lattice there keep the cutter too high.
+  [[nodiscard]] bool may_hold(const Vec2& at, double rho, double top, double least) const;
+  [[nodiscard]] bool in_domain(const Vec2& at) const;
   [[nodiscard]] bool falls_off(const Points& points, std::size_t k, const Vec2& at) const;
   [[nodiscard]] double x(std::size_t i) const { return x0_ + static_cast<double>(i) * dx_; }
   [[nodiscard]] double y(std::size_t j) const { return y0_ + static_cast<double>(j) * dy_; }
   [[nodiscard]] Vec2 at_lattice(std::size_t k) const { return {x(k % columns_), y(k / columns_)}; }
   [[nodiscard]] Vec2 at_between(std::size_t k) const { return {between_.x[k], between_.y[k]}; }
 
+  const CompoundSurface* surface_;
   const OffsetSurface* offset_;
   const PointDrop* drop_;
   CutterShape cutter_;
@@ -115,6 +125,7 @@ class LeftOver {
   double x0_ = 0, y0_ = 0, dx_ = 1, dy_ = 1;
   double step_ = 1;  // at least dx_ and dy_
   double hair_ = 0;  // rounding of the domain's sides
+  double rim_ = 0;   // of the way from a tip to its contact
   std::size_t columns_ = 0, rows_ = 0;
   int most_parts_ = 8;  // to a side of a cell
   Points lattice_;

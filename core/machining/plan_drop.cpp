@@ -283,7 +283,6 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   PathStream stream(offset, head, receiver, report);
   PathJoiner joiner(tops, grow, clearance, 2 * widest + real->radius(), stream);
   const double limit = options.outtol + options.cusp.value_or(0);
-  // Only the corner's ball is held by its contact between passes.
   std::optional<PointDrop> drop;
   if (!options.interval) drop.emplace(offset);
   std::optional<SegmentProfile> profile;
@@ -292,16 +291,22 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     joiner.follow(*profile, budget->below);
   }
   std::optional<LeftOver> left;
-  if (drop && surface != nullptr && real->corner() < limit) {
+  if (drop && surface != nullptr) {
     left.emplace(*surface, offset, *drop, *real, frame, left_over_limits(limit),
                  real->radius() / kLatticePart, options.threads);
-    stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
   }
+  // Where the domain is too large for that, strips that no bound settles are looked at more
+  // closely. Only the corner's ball is held by its contact between passes.
   std::optional<DoubtfulPlaces> doubts;
-  if (drop && surface != nullptr && !left) {
+  if (left && real->corner() >= limit && left->spacing() > 1.01 * real->radius() / kLatticePart) {
     doubts.emplace(*surface, offset, *drop, *real, frame, left_over_limits(limit),
                    real->radius() / kLatticePart, options.threads);
-    stream.watch([&](const Vec3& from, const Vec3& to) { doubts->cut(from, to); });
+  }
+  if (left) {
+    stream.watch([&](const Vec3& from, const Vec3& to) {
+      left->cut(from, to);
+      if (doubts) doubts->cut(from, to);
+    });
   }
   if (const Status done = planner.plan(joiner, stream, doubts ? &*doubts : nullptr, report);
       !done) {
@@ -341,18 +346,23 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
                       joiner);
   }
   double worst = budget->below;
-  if (!stream.failed() && (left || doubts)) {
+  if (!stream.failed() && left) {
+    report.unsettled_area = 0;  // it is looked at instead
     const ClosingOptions closing{budget->below, budget->above / 2, grow,
                                  options.pattern == PathPattern::kOneway};
-    if (left) {
-      report.unsettled_area = 0;  // it is looked at instead
-      worst = std::fmax(worst, close_left_over(*left, *profile, closing, stream, joiner, report));
-      tell_left_over(*left, report);
-    } else {
-      for (LeftOver& look : doubts->looks()) {
-        worst = std::fmax(worst, close_left_over(look, *profile, closing, stream, joiner, report));
-      }
-      for (LeftOver& look : doubts->looks()) tell_left_over(look, report);
+    const auto close = [&](LeftOver& look) {
+      worst = std::fmax(worst, close_left_over(look, *profile, closing, stream, joiner, report));
+    };
+    if (doubts) {
+      for (LeftOver& look : doubts->looks()) close(look);
+    }
+    close(*left);
+    tell_left_over(*left, report);
+    if (doubts) {  // which see the same more closely
+      PathReport closely;
+      for (LeftOver& look : doubts->looks()) tell_left_over(look, closely);
+      report.left_area = std::fmax(report.left_area, closely.left_area);
+      report.left_height = std::fmax(report.left_height, closely.left_height);
     }
   }
   joiner.finish();

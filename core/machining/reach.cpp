@@ -26,14 +26,41 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
     const double angle = 2 * std::numbers::pi * static_cast<double>(h) / kHeadings;
     headings[h] = Vec2(std::cos(angle), std::sin(angle));
   }
+  // The samples, which also tell at once where the part keeps the cutter from lower places.
+  std::vector<std::optional<CcDatum>> samples_at(nx * ny);
+  const auto sample_x = [&](std::size_t i) {
+    return domain[0] + width * (static_cast<double>(i) + 0.5) / static_cast<double>(nx);
+  };
+  const auto sample_y = [&](std::size_t j) {
+    return domain[2] + depth * (static_cast<double>(j) + 0.5) / static_cast<double>(ny);
+  };
+  parallel_blocks(ny, 4, threads, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t j = begin; j < end; ++j) {
+      for (std::size_t i = 0; i < nx; ++i) {
+        samples_at[j * nx + i] = surface.at(sample_x(i), sample_y(j));
+      }
+    }
+  });
+  const auto least_tip = [&](double x, double y) {
+    const double i = std::floor((x - domain[0]) / width * static_cast<double>(nx));
+    const double j = std::floor((y - domain[2]) / depth * static_cast<double>(ny));
+    double z = kNoContact;
+    if (!(i >= 0 && j >= 0 && i < static_cast<double>(nx) && j < static_cast<double>(ny))) return z;
+    const std::size_t a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+    const std::optional<CcDatum>& cc = samples_at[b * nx + a];
+    if (!cc) return z;
+    const double rho = std::hypot(sample_x(a) - x, sample_y(b) - y);
+    // The mesh under the drop may lie a little lower.
+    if (rho <= cutter.radius()) z = cc->z - cutter.height(rho) - tolerance;
+    return z;
+  };
   std::vector<UnreachableArea> rows(ny);
   parallel_blocks(ny, 4, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
-      const double y = domain[2] + depth * (static_cast<double>(j) + 0.5) / static_cast<double>(ny);
+      const double y = sample_y(j);
       for (std::size_t i = 0; i < nx; ++i) {
-        const double x =
-            domain[0] + width * (static_cast<double>(i) + 0.5) / static_cast<double>(nx);
-        const std::optional<CcDatum> cc = surface.at(x, y);
+        const double x = sample_x(i);
+        const std::optional<CcDatum>& cc = samples_at[j * nx + i];
         if (!cc) continue;
         const double flat = cc->n.head<2>().norm();
         const double shift = cutter.corner() + (flat > 1e-12 ? cutter.flat() / flat : 0);
@@ -48,8 +75,9 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
           for (int r = 1; r <= kRings && stays > tolerance; ++r) {
             const double rho = cutter.radius() * r / kRings;
             const double lift = cutter.height(rho) - cc->z;
-            const double tip_there =
-                drop.at(x + rho * headings[h].x(), y + rho * headings[h].y(), stays - lift);
+            const Vec2 there = Vec2(x, y) + rho * headings[h];
+            if (least_tip(there.x(), there.y()) >= stays - lift) continue;
+            const double tip_there = drop.at(there.x(), there.y(), stays - lift);
             if (tip_there == kNoContact) continue;
             stays = std::min(stays, tip_there + lift);
           }
