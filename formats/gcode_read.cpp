@@ -23,6 +23,7 @@ struct Block {
   std::size_t column = 1;                             // of the last of them
   bool machine = false;                               // G53: in the machine's own coordinates
   bool home = false;                                  // G28, G30
+  bool motion = false;                                // G0 to G3 in this line
 
   [[nodiscard]] bool moves() const { return axis[0] || axis[1] || axis[2]; }
   [[nodiscard]] bool turns_about() const { return center[0] || center[1] || center[2] || radius; }
@@ -62,17 +63,13 @@ class GcodeReader {
     const int tenths = static_cast<int>(std::lround(code * 10));
     switch (tenths) {
       case 0:
-        move_ = Move::kRapid;
-        return true;
+        return motion(Move::kRapid, column, block);
       case 10:
-        move_ = Move::kFeed;
-        return true;
+        return motion(Move::kFeed, column, block);
       case 20:
-        move_ = Move::kClockwise;
-        return true;
+        return motion(Move::kClockwise, column, block);
       case 30:
-        move_ = Move::kAnticlockwise;
-        return true;
+        return motion(Move::kAnticlockwise, column, block);
       case 170:
       case 180:
       case 190:
@@ -118,7 +115,8 @@ class GcodeReader {
         dwell_ = true;
         return true;
       case 800:
-        move_.reset();
+        // `G0 G17 G40 G80 G90` at the head of a program: the motion stays.
+        if (!block.motion) move_.reset();
         return true;
       case 400:
       case 430:  // the tool's length: positions are the tip's
@@ -139,6 +137,16 @@ class GcodeReader {
                 "G40, G43, G49, G53 to G59, G61, G64, G80, G90, G91, G94");
         return false;
     }
+  }
+
+  bool motion(Move move, std::size_t column, Block& block) {
+    if (block.motion && move_ != move) {
+      lines_.error(column, "two motions (G0 to G3) in one line");
+      return false;
+    }
+    block.motion = true;
+    move_ = move;
+    return true;
   }
 
   bool unit(LengthUnit unit, std::size_t column) {
