@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <vector>
 
 #include "core/tessellate/arc_samples.h"
@@ -19,5 +20,9 @@ void fill_report(const CompoundSurface& surface, const Tessellation& tessellatio
 void add_doubts(const CompoundSurface& surface, const Arrangement& arrangement,
                 const ArcSamples& samples, const std::vector<RegionMesh>& regions, double deviation,
                 TessellationReport& report);
+
+inline double seconds_since(const std::chrono::steady_clock::time_point& start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 }  // namespace diesink

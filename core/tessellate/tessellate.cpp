@@ -37,10 +37,6 @@ constexpr double kFlatArcShare = 0.96;
 // Ways to lay the cells before a part is refused.
 constexpr int kVariants = 8;
 
-double seconds_since(const std::chrono::steady_clock::time_point& start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 PlanBox tile_box(const TileCuts& cuts, const std::array<int, 2>& tile) {
   const auto i = static_cast<std::size_t>(tile[0]), j = static_cast<std::size_t>(tile[1]);
   return {cuts.x[i], cuts.x[i + 1], cuts.y[j], cuts.y[j + 1]};

@@ -56,10 +56,6 @@ constexpr double kToldArea = 1e-9;
 // sheets of the two have taken. (No sheet takes more than kWays has, but for what it moves.)
 constexpr double kSeamShare = 0.3;
 
-double seconds_since(const std::chrono::steady_clock::time_point& start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 // The same surface over the sheet in place of the scan.
 Result<CompoundSurface> over_sheet(const CompoundSurface& surface, const ScanSheet& sheet) {
   PartProgram program = surface.program();
