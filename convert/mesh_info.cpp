@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "convert/point_text.h"
+#include "core/counted.h"
 #include "formats/json_writer.h"
 #include "formats/text_number.h"
 
@@ -47,6 +48,9 @@ std::string mesh_info(const MeshFile& file, const MeshTopology& topology) {
   text += "  up          " + told(name_of(file.mesh.up)) + "\n";
   text += "  vertices    " + count(topology.vertices) + "\n";
   text += "  triangles   " + count(topology.triangles) + "\n";
+  if (const std::size_t alone = vertices_alone(file.mesh); alone > 0) {
+    text += "  unused      " + counted(alone, "vertex|vertices| of no triangle or line\n");
+  }
   if (topology.lines > 0) text += "  lines       " + count(topology.lines) + " segments\n";
   text += "  shells      " + count(topology.shells) + "\n";
   text += "  watertight  " + (topology.watertight ? "yes" : "no: " + topology.why_not) + "\n";
@@ -86,7 +90,8 @@ std::string mesh_info_json(const MeshFile& file, const MeshTopology& topology,
       .field("nonmanifold_vertices", topology.nonmanifold_vertices)
       .field("degenerate", topology.degenerate)
       .field("flat", topology.flat)
-      .field("duplicates", topology.duplicates);
+      .field("duplicates", topology.duplicates)
+      .field("unused_vertices", vertices_alone(file.mesh));
   json.key("warnings").begin_array();
   for (const Diagnostic& each : diagnostics.all()) json.value(to_text(each));
   json.end_array().end_object();

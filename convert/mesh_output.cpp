@@ -7,6 +7,9 @@
 
 #include "convert/arguments.h"
 #include "convert/paths.h"
+#include "core/counted.h"
+#include "core/mesh_tools/topology.h"
+#include "formats/draco_mesh.h"
 #include "formats/mesh_file.h"
 
 namespace diesink {
@@ -49,7 +52,7 @@ void add_mesh_output_options(CLI::App& app, MeshOutputOptions& options) {
                    "0 smallest .. 10 fastest (default 3)", 0, 10);
   add_whole_number(app, "--quantize", options.quantize_bits,
                    "bits a coordinate with --draco (default: the fewest that keep the tolerance)",
-                   1, 30);
+                   1, kMostDracoBits);
 }
 
 void add_stdout_format(CLI::App& app, std::string& format) {
@@ -107,13 +110,22 @@ std::vector<std::string> lost_in(const MeshTarget& target, const TriangleMesh& m
     bool held;
     const char* name;
   };
-  const bool colored = !mesh.vertex_colors.empty() ||
+  const bool colored = (!stl && !mesh.vertex_colors.empty()) ||
                        std::any_of(mesh.elements.begin(), mesh.elements.end(),
                                    [](const MeshElement& each) { return each.color.has_value(); });
   const bool named = std::any_of(mesh.elements.begin(), mesh.elements.end(),
                                  [](const MeshElement& each) { return !each.name.empty(); });
   const std::string title = stl ? (ascii ? "ASCII STL" : "binary STL") : std::string(format.title);
   std::vector<std::string> lost;
+  if (stl) {
+    if (!mesh.vertex_colors.empty())
+      lost.push_back(title + " keeps no colours of vertices: they are left out");
+    if (const std::size_t alone = vertices_alone(mesh); alone > 0) {
+      lost.push_back(counted(alone,
+                             "vertex that belongs to no triangle is|vertices that belong to no "
+                             "triangle are| left out"));
+    }
+  }
   for (const Part& part :
        {Part{stl && !ascii ? Keeps::kNo : format.names, named, "names of groups"},
         Part{stl && ascii ? Keeps::kNo : format.colors, colored, "colours"},

@@ -103,6 +103,7 @@ class HeaderReader {
     text_.more_in_line();
     const char* const at = text_.at();
     PlyElement element;
+    element.named_at = at;
     element.name = std::string(text_.word());
     const std::string_view word = text_.word();
     const std::optional<std::int64_t> count = integer_of(word);
@@ -129,7 +130,8 @@ class HeaderReader {
       property.list = true;
       word = text_.word();
       const std::optional<PlyType> count = type_of(word);
-      if (!count || is_real(*count)) {
+      if (!count) return text_.error("unknown type " + quoted(word) + " of a list's length", at);
+      if (is_real(*count)) {
         return text_.error(
             "found " + quoted(word) + ", expected a whole-number type for a list's length", at);
       }

@@ -55,6 +55,7 @@ struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
+  const char* named_at = nullptr;  // in the header, for messages
 
   // The property of this name, or null.
   [[nodiscard]] const PlyProperty* find(std::string_view property) const;

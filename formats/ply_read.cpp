@@ -226,7 +226,8 @@ class BodyReader {
     if (indices == nullptr) indices = element.find("vertex_index");
     if (indices == nullptr || !indices->list || is_real(indices->type)) {
       if (element.count == 0) return ok();
-      return error("the faces have no list property 'vertex_indices' of whole numbers", text_.at());
+      return error("the faces have no list property 'vertex_indices' of whole numbers",
+                   element.named_at);
     }
     const PlyFaceNormals own_normals = ply_face_normals(element);
     const PlyProperty* number = own_elements_ > 0 ? element.find("element") : nullptr;

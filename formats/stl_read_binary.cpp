@@ -62,6 +62,7 @@ class BinaryReader {
                                counted(claimed, "facet|facets| left out"),
                            at(end));
     }
+    if (claimed == 0) diagnostics_.warning("the file has no facets", at(80));
     TriangleMesh mesh;
     read_header({static_cast<const char*>(static_cast<const void*>(header)), 80}, mesh);
     FacetGatherer gatherer(claimed, options_.weld, options_.threads);

@@ -216,6 +216,17 @@ OddFaces odd_faces(const TriangleMesh& mesh, bool welded, int threads) {
   return {degenerate, find_duplicates(mesh.triangles, threads).size()};
 }
 
+std::size_t vertices_alone(const TriangleMesh& mesh) {
+  std::vector<bool> used(mesh.positions.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) used[vertex] = true;
+  }
+  for (const MeshCurve& curve : mesh.curves) {
+    for (const std::uint32_t vertex : curve.vertices) used[vertex] = true;
+  }
+  return static_cast<std::size_t>(std::count(used.begin(), used.end(), false));
+}
+
 MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared) {
   MeshTopology topology;
   topology.triangles = mesh.triangles.size();

@@ -40,6 +40,9 @@ struct MeshTopology {
 // `as_shared`: takes the sharing of vertices as it is instead of welding equal positions first.
 MeshTopology topology_of(const TriangleMesh& mesh, bool as_shared = false);
 
+// Vertices of the mesh, as it shares them, that belong to no triangle and no curve.
+std::size_t vertices_alone(const TriangleMesh& mesh);
+
 // What a reader warns of; a few nanoseconds a triangle.
 struct OddFaces {
   std::size_t degenerate = 0;  // two corners at one position

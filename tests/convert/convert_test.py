@@ -87,6 +87,23 @@ class Convert(CommandLineTest):
         self.assertIn(b"ASCII STL keeps no units", text)
         self.assertNotIn(b"names", text)
 
+    def test_colours_and_vertices_that_stl_has_no_room_for_are_told(self):
+        source = self.write("in.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 9 9 9 1 1 1\nf 1 2 3\n")
+        for options, kind in (((), b"binary"), (("--ascii",), b"ASCII")):
+            told = self.run_program("convert", source, "out.stl", *options).stderr
+            self.assertIn(b"out.stl: warning: " + kind + b" STL keeps no colours of vertices: they are left out", told)
+            self.assertIn(b"out.stl: warning: 1 vertex that belongs to no triangle is left out", told)
+        self.assertEqual(self.run_program("convert", source, "out.ply").stderr, b"")
+        text = self.run_program("info", "out.ply").stdout
+        self.assertIn(b"unused      1 vertex of no triangle or line", text)
+        self.assertIn(b'"unused_vertices":1', self.run_program("info", "--json", "out.ply").stdout)
+        self.assertNotIn(b"unused", self.run_program("info", "out.stl").stdout)
+
+    def test_more_bits_than_a_float_has_are_wrong_usage(self):
+        source = self.write("in.obj", TETRA)
+        done = self.run_program("convert", source, "out.glb", "--draco", "--quantize", "25", status=WRONG_USAGE)
+        self.assertIn(b"from 1 to 24", done.stderr)
+
     def test_a_unit_or_axis_that_gltf_needs_and_nobody_told_is_told(self):
         source = self.write("in.obj", TETRA)
         for options, said in [([], b"unit and up axis are not told"), (["--units-in", "cm"], b"the up axis is not told"),
