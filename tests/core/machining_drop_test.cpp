@@ -204,6 +204,57 @@ TEST(PointDrop, SliversLeaveNoSlits) {
   }
 }
 
+// Two facets of a tilted plane with a sliver between them, anywhere: how far rounding turns the
+// sliver's normal is what its pieces have to reach beyond their own bounds, and its corners too.
+TEST(PointDrop, ASliverBetweenTwoFacetsLeavesNoSlit) {
+  Random random(7);
+  int looked_at = 0;
+  for (int k = 0; k < 600; ++k) {
+    const Vec2 middle(random.uniform(50, 900), random.uniform(50, 900));
+    const double turn = random.uniform(0, 6.28), down = random.uniform(0, 6.28);
+    const double lean = std::pow(10, random.uniform(-6, 0)), length = random.uniform(4, 12);
+    const double width = std::pow(10, random.uniform(-10, -4));
+    const Vec2 uphill(std::cos(down), std::sin(down));
+    const Vec2 along(std::cos(turn), std::sin(turn)), across(-along.y(), along.x());
+    const auto z = [&](const Vec2& p) { return lean * uphill.dot(p - middle); };
+    TriangleMesh mesh;
+    const auto point = [&](double u, double v) {
+      const Vec2 p = middle + u * along + v * across;
+      mesh.positions.emplace_back(p.x(), p.y(), z(p));
+    };
+    point(-length, 0);
+    point(length, 0);
+    point(-length, width);
+    point(length, width);
+    point(0, -length);
+    point(0, length);
+    mesh.triangles = {{0, 4, 1}, {0, 1, 3}, {0, 3, 2}, {2, 3, 5}};
+    const Case& c = kCutters[static_cast<std::size_t>(k) % std::size(kCutters)];
+    const CutterShape cutter = shape(c.diameter, c.corner);
+    const double steep = std::sqrt(1 + lean * lean);
+    const double reach = cutter.corner() * lean / steep + cutter.flat();
+    if (reach > 0.8 * length) continue;
+    ++looked_at;
+    const OffsetSurface offset(mesh, cutter, 0);
+    const PointDrop drop(offset);
+    SegmentProfile profile(offset, drop, 1e-7);
+    const double lift = cutter.corner() * (steep - 1) + cutter.flat() * lean;
+    for (int m = 0; m < 20; ++m) {
+      const Vec2 at =
+          middle + random.uniform(-0.1, 0.1) * length * along + width / 2 * across - reach * uphill;
+      const Vec2 half = random.uniform(-0.3, 0.3) * along + 0.2 * across;
+      double reached = 0;
+      for (const ProfileSegment& s : profile.take(at - half, at + half, kNoContact)) {
+        ASSERT_LE(s.x0 - reached, 1e-12) << k;
+        reached = s.x1;
+      }
+      const Vec2 near = at + random.uniform(-2, 2) * width * across;
+      ASSERT_GE(drop.at(near.x(), near.y()), z(near) + lift - 1e-6) << k;
+    }
+  }
+  EXPECT_GT(looked_at, 300);
+}
+
 TEST(PointDrop, StopsOnlyAtHeightsThatAreEnough) {
   const TriangleMesh mesh = bumpy(3, 9, false);
   for (const Case& c : kCutters) {
