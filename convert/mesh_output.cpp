@@ -10,6 +10,7 @@
 #include "core/counted.h"
 #include "core/mesh_tools/topology.h"
 #include "formats/draco_mesh.h"
+#include "formats/element_runs.h"
 #include "formats/mesh_file.h"
 
 namespace diesink {
@@ -41,6 +42,16 @@ Result<const Format*> format_of_target(const std::string& path, std::string_view
     return usage("'" + path + "' has no ending that can be written: " + endings_of_formats(true));
   }
   return format;
+}
+
+// Names that a line of text cannot hold as they are: it ends at a line break, and blanks around a
+// name are not its own.
+std::size_t names_changed_in_text(const TriangleMesh& mesh) {
+  const auto odd = [](const MeshElement& each) {
+    const std::string& name = each.name;
+    return !name.empty() && (name.front() == ' ' || name.back() == ' ' || one_line(name) != name);
+  };
+  return static_cast<std::size_t>(std::count_if(mesh.elements.begin(), mesh.elements.end(), odd));
 }
 
 }  // namespace
@@ -136,6 +147,12 @@ std::vector<std::string> lost_in(const MeshTarget& target, const TriangleMesh& m
     if (part.held && part.kept == Keeps::kNo) {
       lost.push_back(title + " keeps no " + part.name + ": they are left out");
     }
+  }
+  const bool as_text = stl ? ascii : has_id(format, {"obj", "ply"});
+  if (const std::size_t changed = as_text ? names_changed_in_text(mesh) : 0; changed > 0) {
+    lost.push_back(
+        counted(changed, "name has|names have| blanks around or control characters, which " +
+                             title + " cannot hold: the first go, the others become _"));
   }
   return lost;
 }

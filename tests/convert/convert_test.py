@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """`diesink convert` and meshes in `diesink info`, as a user drives them; the formats themselves have their own tests."""
 # SPDX-License-Identifier: Apache-2.0
+import base64
 import json
 import os
 import re
+import struct
 import subprocess
 import unittest
 
@@ -20,6 +22,19 @@ f 1 2 4
 f 2 3 4
 f 1 4 3
 """
+
+
+def triangles_of_nodes(names):
+    """A glTF scene of one triangle that every node shows under its own name."""
+    corners = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    return {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(names)))}],
+        "nodes": [{"name": name, "mesh": 0, "translation": [2 * i, 0, 0]} for i, name in enumerate(names)],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64," + base64.b64encode(corners).decode()}],
+    }
 
 
 class Convert(CommandLineTest):
@@ -98,6 +113,17 @@ class Convert(CommandLineTest):
         self.assertIn(b"unused      1 vertex of no triangle or line", text)
         self.assertIn(b'"unused_vertices":1', self.run_program("info", "--json", "out.ply").stdout)
         self.assertNotIn(b"unused", self.run_program("info", "out.stl").stdout)
+
+    def test_names_that_text_cannot_hold_are_told(self):
+        names = ["B", " S1.side", "S2\nside"]
+        self.write("in.gltf", json.dumps(triangles_of_nodes(names)))
+        for out, options in (("out.obj", ()), ("out.ply", ()), ("out.stl", ("--ascii",))):
+            told = self.run_program("convert", "in.gltf", out, *options).stderr
+            self.assertIn(b"2 names have blanks around or control characters", told, out)
+            found = json.loads(self.run_program("info", "--json", out).stdout)["names"]
+            self.assertEqual(found, ["B", "S1.side", "S2_side"], out)
+        self.assertNotIn(b"control characters", self.run_program("convert", "in.gltf", "out.glb").stderr)
+        self.assertEqual(json.loads(self.run_program("info", "--json", "out.glb").stdout)["names"], names)
 
     def test_more_bits_than_a_float_has_are_wrong_usage(self):
         source = self.write("in.obj", TETRA)
