@@ -103,6 +103,8 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
 std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2& at,
                                      const PlanCurve* one, const PlanCurve* two, double z1,
                                      double z2, const Vec3* vertex) {
+  if (getenv("DBG")) { fprintf(stderr,"corner %.15g %.15g one %p v %p z1 %g\n", at.x(), at.y(), (const void*)one, (const void*)vertex, z1);
+    for (const Item& it : items) { const GraphNode& n = graph_.nodes[it.node]; fprintf(stderr,"   item %.15g %.15g side %d type %d labels %d %d h", n.x,n.y,it.side,(int)n.curve.type,(int)it.before,(int)it.after); for (auto& h : n.heights) fprintf(stderr," %d:%g",(int)h.label,h.z); fprintf(stderr,"\n");} }
   GraphNode node;
   node.corner = true;
   node.x = at.x();
@@ -248,25 +250,30 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
   for (const Item& item : items)
     middle += Vec2(graph_.nodes[item.node].x, graph_.nodes[item.node].y);
   middle /= static_cast<double>(items.size());
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    for (std::size_t j = i + 1; j < items.size(); ++j) {
-      const GraphNode &m = graph_.nodes[items[i].node], &n = graph_.nodes[items[j].node];
-      if (m.curve.same_as(n.curve)) continue;
-      Vec2 at = middle;
-      double z1 = own_height(m), z2 = own_height(n);
-      const PlanCurve one = m.curve, two = n.curve;
-      if (!solver_.corner(one, two, at, z1, z2) || !within(at)) continue;
-      // The other sheet of a side is not the corner that is seen.
-      if (!seen(one, at, z1) || !seen(two, at, z2)) continue;
-      if (c.kind != CellKind::kLeast && !runs_through_all(at)) continue;
-      if (c.kind != CellKind::kLeast && info.star && !is_star_centre(info, c, at)) continue;
-      if (c.kind == CellKind::kLeast) {
-        // Tiny cells lie on the corner; their own box is the better bound.
-        at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);
-        at.y() = std::clamp(at.y(), b.y0 - margin, b.y1 + margin);
+  // Curves that cross tell the corner best; those that run along one another (a silhouette flush
+  // with a wall) only where no others do.
+  for (const bool crossing : {true, false}) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      for (std::size_t j = i + 1; j < items.size(); ++j) {
+        const GraphNode &m = graph_.nodes[items[i].node], &n = graph_.nodes[items[j].node];
+        if (m.curve.same_as(n.curve)) continue;
+        Vec2 at = middle;
+        double z1 = own_height(m), z2 = own_height(n);
+        const PlanCurve one = m.curve, two = n.curve;
+        if (!solver_.corner(one, two, at, z1, z2) || !within(at)) continue;
+        if (solver_.cross_at(one, two, at, z1, z2) != crossing) continue;
+        // The other sheet of a side is not the corner that is seen.
+        if (!seen(one, at, z1) || !seen(two, at, z2)) continue;
+        if (c.kind != CellKind::kLeast && !runs_through_all(at)) continue;
+        if (c.kind != CellKind::kLeast && info.star && !is_star_centre(info, c, at)) continue;
+        if (c.kind == CellKind::kLeast) {
+          // Tiny cells lie on the corner; their own box is the better bound.
+          at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);
+          at.y() = std::clamp(at.y(), b.y0 - margin, b.y1 + margin);
+        }
+        add_corner(items, at, &one, &two, z1, z2, nullptr);
+        return true;
       }
-      add_corner(items, at, &one, &two, z1, z2, nullptr);
-      return true;
     }
   }
   if (c.kind != CellKind::kLeast) return false;

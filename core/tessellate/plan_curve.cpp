@@ -2,6 +2,7 @@
 // brought near. SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/plan_curve.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
@@ -267,6 +268,24 @@ bool CurveSolver::double_point(const PlanCurve& curve, Vec2& at, double& z) cons
     last = step;
   }
   return false;
+}
+
+bool CurveSolver::cross_at(const PlanCurve& one, const PlanCurve& two, const Vec2& at, double z1,
+                           double z2) const {
+  const auto has_equations = [](const PlanCurve& curve) {
+    return curve.type == CurveType::kMeet || curve.type == CurveType::kShadow;
+  };
+  if (!has_equations(one) || !has_equations(two)) return true;
+  const auto way = [&](const PlanCurve& curve, double z) {
+    Vec3 a, b;
+    implicit(curve.first).evaluate(Vec3(at.x(), at.y(), z), a);
+    implicit(curve.second).evaluate(Vec3(at.x(), at.y(), z), b);
+    return Vec2(a.cross(b).head<2>());
+  };
+  // A sine below which half the digits of the common point are lost.
+  constexpr double kAlong = 1e-6;
+  const Vec2 u = way(one, z1), v = way(two, z2);
+  return std::fabs(u.x() * v.y() - u.y() * v.x()) > kAlong * u.norm() * v.norm();
 }
 
 bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0,

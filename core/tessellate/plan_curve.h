@@ -99,6 +99,12 @@ class CurveSolver {
   // Bound: the slopes are equal to rounding.
   bool double_point(const PlanCurve& curve, Vec2& at, double& z) const;
 
+  // False where two curves run along one another in plan at their common point: two that are one
+  // line (a round bar as wide as a block) or touch, whose common point is any of many, or
+  // imprecise.
+  [[nodiscard]] bool cross_at(const PlanCurve& one, const PlanCurve& two, const Vec2& at, double z1,
+                              double z2) const;
+
   // z is on the label's side of the middle of its quadric: the sheet that is seen.
   bool on_sheet(Label label, const Vec2& p, double z) const;
 

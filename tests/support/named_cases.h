@@ -111,6 +111,10 @@ inline std::vector<NamedCase> named_cases() {
       {"CylinderFlushInPocket", on_plane(cylinder("A", "20,20,-6", "20,20,4", "10") +
                                              cylinder("C", "20,20,-8", "20,20,-3", "10"),
                                          "-A+C")},
+      // The bar's silhouette runs on under the block's side and ends in the midst of it.
+      {"BarAsWideAsTheBlock",
+       on_plane(box("P", "8,17,-4", "20.5,34,8") + cylinder("A", "8,3,2", "8,23.3,2", "12.5"),
+                "+P-A")},
       {"WallsOnTheBorder",
        on_plane(box("A", "0,0,-1", "20,20,4") + box("C", "30,10,-1", "40,40,3"), "+A+C")},
       // (Lines of the grid are 0.4 apart.)
