@@ -13,9 +13,11 @@ namespace {
 constexpr int kMaxDepth = 14;  // halvings of a stretch while its sag is measured
 constexpr int kBorderDepth =
     4;  // halvings that every border stretch gets: a base may wave along it
-constexpr int kCertifyDepth = 10;   // halvings of a chord while its bound is too large
-constexpr int kTouchDepth = 20;     // and while it has none beside a point where faces touch,
-constexpr int kTouchTries = 6;      // so many of them even where neither half has any
+constexpr int kCertifyDepth = 10;  // halvings of a chord while its bound is too large
+constexpr int kTouchDepth = 20;    // and while it has none beside a point where faces touch,
+constexpr int kTouchTries = 6;     // so many of them even where neither half has any
+// Of the tolerance: a chord as short as this in space needs no bound.
+constexpr double kShortShare = 0.1;
 constexpr double kScanSlack = 1.2;  // the same beside a scan, whose arcs are chains of short curves
 constexpr double kSlack = 1.02;     // of the sag asked for, before a chord is halved for its bound
 constexpr int kMostTrials = 4;      // to lay an arc's points so that all bounds keep the sag
@@ -392,52 +394,46 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   const double most = has_scan(a) ? kScanSlack * sag_of(a)
                       : wall      ? options_.tolerance
                                   : kSlack * sag_of(a);
-  // What halving helps: of a chord without a bound, one of its halves has one. Faces that touch the
-  // wall's upright surface do so in a point, which gets a short chord; or all along, where it would
-  // not help.
-  const auto halves = [&] {
-    if (d < 1e300 || !wall || depth < kTouchTries) return true;
-    const ArcSample& from = arc.samples[n];
-    const double t1 = arc.samples[next].t <= from.t ? static_cast<double>(own.nodes.size() - 1)
-                                                    : arc.samples[next].t;
-    const double t = halfway(a, from.t, t1);
-    const ArcPoint m = point_at(a, t);
-    return bound(a, from.t, points[from.point], t, m) < 1e300 ||
-           bound(a, t, m, t1, points[arc.samples[next].point]) < 1e300;
-  };
-  if (d > most && depth < (d < 1e300 ? kCertifyDepth : kTouchDepth) && options_.grid_x == nullptr &&
-      !arrangement_.arcs[a].seam && halves()) {
-    const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
-    if (std::hypot(p.x - q.x, p.y - q.y) > 0.05 * options_.tolerance) {
-      const double t1 = arc.samples[next].t <= arc.samples[n].t
-                            ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
-                            : arc.samples[next].t;
-      const double t = halfway(a, arc.samples[n].t, t1);
-      const std::uint32_t mid = insert(a, n, {t, point_at(a, t)});
-      certify(a, n, depth + 1);
-      certify(a, mid, depth + 1);
-      return;
-    }
-  }
-  const ArcPoint &e0 = points[arc.samples[n].point], &e1 = points[arc.samples[next].point];
-  const auto lifted_length = [&] {
-    double length = std::hypot(e0.x - e1.x, e0.y - e1.y);
+  const double short_enough = kShortShare * options_.tolerance;
+  const auto length_of = [&](const ArcPoint& p, const ArcPoint& q) {
+    double length = std::hypot(p.x - q.x, p.y - q.y);
     for (const Label label : {own.left, own.right}) {
       if (label != kNoLabel)
-        length = std::fmax(length, (lifted(e0, label) - lifted(e1, label)).norm());
+        length = std::fmax(length, (lifted(p, label) - lifted(q, label)).norm());
     }
     return length;
   };
-  if (!(d < 1e300) && lifted_length() <= 0.1 * options_.tolerance) {
+  const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
+  const double t0 = arc.samples[n].t;
+  const double t1 =
+      arc.samples[next].t <= t0 ? static_cast<double>(own.nodes.size() - 1) : arc.samples[next].t;
+  // What halving helps: of a chord without a bound, one of its halves has one. Faces that touch the
+  // wall's upright surface do so in a point, which gets a short chord; or all along, where it would
+  // not help. So it is beside a silhouette, where a face is upright: chords are short in plan long
+  // before they are in space.
+  const bool tiny = std::hypot(p.x - q.x, p.y - q.y) <= 0.05 * options_.tolerance;
+  const auto halves = [&] {
+    if (d < 1e300) return !tiny;
+    if (!tiny && (!wall || depth < kTouchTries)) return true;
+    if (tiny && length_of(p, q) <= short_enough) return false;
+    const double t = halfway(a, t0, t1);
+    const ArcPoint m = point_at(a, t);
+    return bound(a, t0, p, t, m) < 1e300 || bound(a, t, m, t1, q) < 1e300;
+  };
+  if (d > most && depth < (d < 1e300 ? kCertifyDepth : kTouchDepth) && options_.grid_x == nullptr &&
+      !own.seam && halves()) {
+    const double t = halfway(a, t0, t1);
+    const std::uint32_t mid = insert(a, n, {t, point_at(a, t)});
+    certify(a, n, depth + 1);
+    certify(a, mid, depth + 1);
+    return;
+  }
+  if (!(d < 1e300) && length_of(p, q) <= short_enough) {
     // As a whole too short to matter: the arc of a stretch stays within the stretch's own length.
-    arcs[a].samples[n].deviation = 0.1 * options_.tolerance;
+    arcs[a].samples[n].deviation = short_enough;
   } else if (!(d < 1e300)) {
     // Not shown; the measured sag of the halves stands in, and the length is reported.
-    const ArcPoint p = points[arc.samples[n].point], q = points[arc.samples[next].point];
-    const double t1 = arc.samples[next].t <= arc.samples[n].t
-                          ? static_cast<double>(arrangement_.arcs[a].nodes.size() - 1)
-                          : arc.samples[next].t;
-    arcs[a].samples[n].deviation = lifted_sag(a, p, point_at(a, 0.5 * (arc.samples[n].t + t1)), q);
+    arcs[a].samples[n].deviation = lifted_sag(a, p, point_at(a, 0.5 * (t0 + t1)), q);
     if (unproven_length == 0) unproven_point = arcs[a].samples[n].point;
     unproven_length += std::hypot(p.x - q.x, p.y - q.y);
   } else {

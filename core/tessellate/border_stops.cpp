@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "core/tessellate/draw_together.h"
+#include "core/tessellate/outline.h"
+#include "core/tessellate/plan_curve.h"
 
 namespace diesink {
 namespace {
@@ -17,11 +19,20 @@ using Impl = CompoundSurface::Impl;
 // curves that meet the border at two degrees. Of a vertex's 1e-9 it takes less than half.
 constexpr double kNear = 4e-10;
 
+// Of the size: how far a stop may slide along the border, from where its curve leaves the cells to
+// where it meets the border. Enough for curves that meet it at an eighth of a degree.
+constexpr double kFarthest = 6e-9;
+
 class StopFinder {
  public:
   StopFinder(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner,
              const std::array<const Seam*, 4>& seams)
-      : surface_(surface), graph_(graph), domain_(domain), inner_(inner), seams_(seams) {}
+      : surface_(surface),
+        solver_(surface),
+        graph_(graph),
+        domain_(domain),
+        inner_(inner),
+        seams_(seams) {}
 
   std::vector<BorderStop> find();
 
@@ -31,12 +42,14 @@ class StopFinder {
   [[nodiscard]] BorderStop stop_at_corner(std::uint8_t k) const;
   [[nodiscard]] bool on_seam(const BorderStop& stop) const;
   BorderStop join(std::vector<BorderStop>& group);
+  void slide(BorderStop& stop, double most) const;
   void unlink(const std::vector<std::uint32_t>& nodes);
 
   [[nodiscard]] double width() const { return domain_.x1 - domain_.x0; }
   [[nodiscard]] double height() const { return domain_.y1 - domain_.y0; }
 
   const Impl& surface_;
+  CurveSolver solver_;
   CellGraph& graph_;
   const PlanBox& domain_;
   const PlanBox& inner_;
@@ -85,6 +98,45 @@ BorderStop StopFinder::stop_at_node(std::uint32_t g) const {
   stop.node.seam = seams_[stop.side] != nullptr;
   stop.node.solved = from.solved;
   return stop;
+}
+
+// What was found where the cells end goes on along its curve to the border itself, by `most` at
+// most.
+void StopFinder::slide(BorderStop& stop, double most) const {
+  if (stop.graph.size() != 1 || stop.node.corner || stop.node.seam) return;
+  const PlanCurve& curve = graph_.nodes[stop.graph.front()].curve;
+  PlanNode& node = stop.node;
+  const auto is_own = [&](const LabelHeight& h) {
+    return curve.is_height_of(solver_.ref_of(h.label));
+  };
+  const auto own = std::ranges::find_if(node.heights, is_own);
+  const bool known = own != node.heights.end();
+  const bool outline = curve.type == CurveType::kOutline;
+  if (!known && curve.type != CurveType::kShadow && !outline) return;
+  if (outline && std::holds_alternative<ScannedSurface>(surface_.base)) return;
+  const Vec2 at(node.x, node.y), unit = stop.side % 2 == 0 ? Vec2::UnitX() : Vec2::UnitY();
+  const Vec2 way = most * unit;
+  double z0 = known ? own->z : 0;
+  if (!known && !outline) z0 = solver_.shadow_height(curve, at.x(), at.y());
+  constexpr double kHigher = 1e-7;  // of the size: beside a silhouette heights change by a root
+  double t = 0, z = z0;
+  const bool found =
+      outline ? outline_on_line(surface_, at, way, t, z) : solver_.on_line(curve, at, way, t, z);
+  if (!found || !(std::fabs(t) <= 1)) return;
+  if ((known || !outline) && !(std::fabs(z - z0) <= kHigher * surface_.size)) return;
+  node.x += t * way.x();
+  node.y += t * way.y();
+  stop.along += (stop.side < 2 ? t : -t) * most;
+  for (LabelHeight& h : node.heights) {
+    double beside = 0;
+    if (is_own(h) || (known && h.z == z0)) {
+      h.z = z;
+    } else if (solver_.height(h.label, node.x, node.y, beside) &&
+               std::fabs(beside - h.z) <= kHigher * surface_.size) {
+      h.z = beside;
+    }
+  }
+  join_heights(node.heights, 1e-9 * surface_.size);
 }
 
 // Corner k is where side k begins.
@@ -187,6 +239,16 @@ std::vector<BorderStop> StopFinder::find() {
   }
   stops.push_back(join(group));
   std::stable_sort(stops.begin(), stops.end(), earlier);
+  // No farther than leaves each between its neighbours.
+  std::vector<double> gap(stops.size());
+  for (std::size_t k = 0; k < stops.size(); ++k) {
+    const double ahead = stops[(k + 1) % stops.size()].along - stops[k].along;
+    gap[k] = ahead < 0 ? ahead + round : ahead;
+  }
+  for (std::size_t k = 0; k < stops.size(); ++k) {
+    const double beside = std::fmin(gap[k], gap[(k + stops.size() - 1) % stops.size()]);
+    slide(stops[k], std::fmin(kFarthest * surface_.size, 0.49 * beside));
+  }
   return stops;
 }
 

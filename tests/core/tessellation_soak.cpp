@@ -3,7 +3,8 @@
 // usage: tessellation_soak FIRST COUNT [FOLDER]     FOLDER takes the programs that failed
 //        tessellation_soak --small FIRST COUNT [MOST]
 //                      small and coarse ones, for every run of the tests; every kind of solid and
-//                      base has to be among them; MOST of them may fail (0)
+//                      base has to be among them, curves have to lie on their faces; MOST of them
+//                      may fail (0)
 //        tessellation_soak --part FILE [TOLERANCE]  one program, all schemes
 //        tessellation_soak --cases FOLDER           writes the named degenerate dies there
 // SPDX-License-Identifier: Apache-2.0
@@ -31,6 +32,10 @@ namespace diesink::test {
 namespace {
 
 constexpr rlim_t kSeconds = 60;  // of the processor, a trial
+// Of the small ones: the largest distance of a curve's vertex to its faces, of the size, and how
+// many may tell an area that is not certified.
+constexpr double kMostResidual = 1e-12;
+constexpr std::size_t kMostTold = 3;
 
 struct Trial {
   std::string text;
@@ -207,6 +212,10 @@ int soak(std::uint64_t first, std::uint64_t count, const std::string& folder, bo
   std::printf("\n");
   if (!small) return failed <= most ? 0 : 1;
   failed = failed <= most ? 0 : failed;
+  if (residual > kMostResidual || uncertified.size() > kMostTold) {
+    std::printf("more than %.2g, or %zu\n", kMostResidual, kMostTold);
+    ++failed;
+  }
   // All that a part program can be made of has been among them.
   for (const SolidKind* kind : solid_kinds()) {
     if (made_of.contains(std::string(kind->keyword))) continue;
