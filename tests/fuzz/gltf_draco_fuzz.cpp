@@ -15,10 +15,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::array<DracoRequest, 1> position{{{0, 5126, 3}}};
   const auto mesh = decode_draco(bytes, {claims->triangles, 3 * claims->triangles}, position);
   if (!mesh) return 0;
-  for (const auto& triangle : mesh->triangles) {
-    for (const std::uint32_t corner : triangle) {
-      if (corner >= mesh->vertex_count) std::abort();
-    }
+  for (const std::uint32_t corner : mesh->indices) {
+    if (corner >= mesh->vertex_count) std::abort();
   }
   return 0;
 }
