@@ -382,6 +382,7 @@ double LeftOver::highest(std::size_t block, std::size_t tile) const {
 
 double LeftOver::stays(const Points& points, std::size_t k, const Vec2& at) const {
   if (std::isnan(points.z[k])) return 0;
+  if (points.left[k] == kInfinity) return kInfinity;  // never cut, whatever the normal
   const double above = points.left[k] - points.z[k], nz = static_cast<double>(points.nz[k]);
   const double on_plane = above * nz;
   if (!(above > limits_.call) || on_plane > limits_.call) return on_plane;
@@ -439,9 +440,13 @@ bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
     // Up the axis: along the normal a steep surface leaves less than that.
     const double nz = std::max(static_cast<double>(points.nz[k]), kLeastCosine);
     const double allowed = at.z() + limits_.fits / nz;
-    const bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() &&
-                     at.x() >= inside.x0 - hair_ && at.x() <= inside.x1 + hair_ &&
-                     drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity)) <= allowed;
+    bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() && at.x() >= inside.x0 - hair_ &&
+               at.x() <= inside.x1 + hair_;
+    if (yes) {
+      // Beside a wall over a hole the cutter may pass the mesh by and meet nothing.
+      const double z = drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity));
+      yes = z != kNoContact && z <= allowed;
+    }
     points.fit[k] = yes ? Fit::kYes : Fit::kNo;
   }
   return points.fit[k] == Fit::kYes || points.fit[k] == Fit::kCut;
@@ -501,9 +506,6 @@ bool LeftOver::falls_off(const Points& points, std::size_t k, const Vec2& over) 
 LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over,
                                  double least) const {
   Place best{least, Vec3::Zero()};
-  // What no cutter held deep enough is held no deeper once there is less of it.
-  if (points.fit[k] == Fit::kNowhere) return {0, Vec3::Zero()};
-  if (!falls_off(points, k, over)) return {0, Vec3::Zero()};
   const double R = cutter_.radius();
   // All that stands over the point, deep in a slot as well; where nothing was cut, a radius of it.
   const double top = points.left[k] < kInfinity ? points.left[k] : points.z[k] + R;
@@ -526,6 +528,7 @@ LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over
       // Most often the part itself keeps a cutter from it.
       if (!may_hold(at, rho, top, best.height)) continue;
       const double z = drop_->at(at.x(), at.y(), top - best.height);
+      if (z == kNoContact) continue;
       const double held = depth_in(cutter_, rho, top - z - grown);
       if (!(held > best.height)) continue;
       best = {held, Vec3(at.x(), at.y(), z)};
@@ -533,17 +536,23 @@ LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over
     }
     if (!(depth > limits_.call)) break;
   }
+  // What no cutter held deep enough is held no deeper once there is less of it.
   if (!found && least <= limits_.call) points.fit[k] = Fit::kNowhere;
   return found ? best : Place{0, Vec3::Zero()};
 }
 
 LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over, double least) {
-  const double height = stays(points, k, over);
-  if (!(height > least)) return {0, Vec3::Zero()};
+  const Place none{0, Vec3::Zero()};
+  // The quick answers first: what stays is no more than what stands straight up, and the distance
+  // to the surface beside walls takes longest.
+  if (std::isnan(points.z[k]) || !(points.left[k] - points.z[k] > least)) return none;
   if (!fits(points, k, over)) {
     const bool tried = &points != &between_ || k % kBesideStep == 0;
-    return tried ? beside(points, k, over, least) : Place{0, Vec3::Zero()};
+    if (!tried || points.fit[k] == Fit::kNowhere || !falls_off(points, k, over)) return none;
+    return stays(points, k, over) > least ? beside(points, k, over, least) : none;
   }
+  const double height = stays(points, k, over);
+  if (!(height > least)) return none;
   Vec3 at = tip(points, k, over);
   at.z() = kNoContact;  // lowered when it is used
   return {height, at};

@@ -352,6 +352,8 @@ TEST(RandomParts, NeitherDoPathsOfContacts) {
   plan_and_verify(200006, Base::kScan, PathMethod::kCc);
   plan_and_verify(300027, Base::kFerguson, PathMethod::kCc);
   plan_and_verify(300030, Base::kNone, PathMethod::kCc);
+  // Over a hole beside a wall the cutter touches nothing where equation (6) puts it.
+  plan_and_verify(300006, Base::kNone, PathMethod::kCc);
 }
 
 }  // namespace
