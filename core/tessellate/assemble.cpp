@@ -261,6 +261,14 @@ void Assembler::add_faces() {
       triangle(global[t[0]], global[t[1]], global[t[2]], e, first_normal + n[0],
                first_normal + n[1], first_normal + n[2]);
     }
+    if (!region.upright.empty()) {
+      const std::string& solid = out_.mesh.elements[e].solid;
+      const std::uint32_t wall = element(solid + ".wall", solid);
+      for (const std::array<std::uint32_t, 3>& t : region.upright) {
+        triangle(global[t[0]], global[t[1]], global[t[2]], wall, first_normal + t[0],
+                 first_normal + t[1], first_normal + t[2]);
+      }
+    }
     for (const std::vector<std::uint32_t>& crease : region.creases)
       add_crease(region, crease, global, e);
   }

@@ -20,6 +20,8 @@ struct RegionMesh {
   std::vector<Vec3> position;
   std::vector<double> border_bound;  // of a vertex: largest bound of the chords that end there
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  // Of the face too, but upright: pieces of its body's wall. Deviations count here as there.
+  std::vector<std::array<std::uint32_t, 3>> upright;
   // Empty, or the normals that each triangle's corners have; else those of the face's chart.
   std::vector<Vec3> normals;
   std::vector<std::array<std::uint32_t, 3>> corner_normals;

@@ -17,6 +17,8 @@ constexpr double kSpacing = 0.93;
 constexpr int kTightRounds = 3;
 // Rounds of splitting chords for triangles that look down.
 constexpr int kTurnedRounds = 12;
+// Rounds of halving a fan's chords: from the size of a part down to a tolerance.
+constexpr int kFanRounds = 24;
 
 }  // namespace
 
@@ -58,6 +60,11 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
     }
   }
   triangulation_ = PlanarTriangulation();
+  fan_.clear();
+  if (make_fan(segments)) {
+    built_ = true;
+    return {};
+  }
   const std::vector<SegmentCrossing> wrong = triangulation_.build(points_, segments);
   built_ = wrong.empty();
   std::vector<Chord> split;
@@ -147,6 +154,12 @@ void RegionMesher::insert_grid() {
 
 std::vector<RegionMesher::Chord> RegionMesher::refine() {
   if (!built_ || options_.grid_x != nullptr) return {};
+  if (!fan_.empty()) {
+    if (turned_rounds_++ >= kFanRounds) return {};
+    std::vector<Chord> chords = chords_of_fan();
+    urgent_ = !chords.empty();
+    return chords;
+  }
   RefineRules rules;
   rules.min_angle = chart_.is_plane() ? options_.flat_angle : options_.min_angle;
   rules.shortest_edge = options_.shortest;
@@ -197,7 +210,7 @@ void RegionMesher::take_split(const Chord& chord, std::uint32_t point) {
   const auto a = local_of_.find(chord[0]), b = local_of_.find(chord[1]);
   if (a == local_of_.end() || b == local_of_.end()) return;
   const Vec3 p = samples_.at(point, mesh_.label);
-  if (!triangulation_.split_segment(a->second, b->second, to_plane(p))) {
+  if (!fan_.empty() || !triangulation_.split_segment(a->second, b->second, to_plane(p))) {
     broken_ = true;  // built anew with what the arcs have become
     return;
   }
@@ -210,12 +223,16 @@ void RegionMesher::take_split(const Chord& chord, std::uint32_t point) {
 
 void RegionMesher::keep(const Chord& chord) {
   const auto a = local_of_.find(chord[0]), b = local_of_.find(chord[1]);
-  if (a != local_of_.end() && b != local_of_.end())
+  if (fan_.empty() && a != local_of_.end() && b != local_of_.end())
     triangulation_.keep_segment(a->second, b->second);
 }
 
 RegionMesh RegionMesher::finish() {
-  mesh_.triangles = triangulation_.triangles();
+  if (fan_.empty()) {
+    mesh_.triangles = triangulation_.triangles();
+  } else {
+    finish_fan();
+  }
   if (tight_rounds_ > 0) renew_border_bounds();
   UnfoldRules rules;
   rules.tolerance = options_.tolerance * (1 + 1e-9);
@@ -225,7 +242,7 @@ RegionMesh RegionMesher::finish() {
   rules.bound = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return bound_of(face_bound_of(a, b, c), a, b, c);
   };
-  unfold(mesh_.position, rules, mesh_.triangles);
+  if (fan_.empty()) unfold(mesh_.position, rules, mesh_.triangles);
   for (const auto& t : mesh_.triangles) {
     const double known = std::fmin(mesh_.largest_deviation, options_.tolerance);
     if (known > 0 && std::max({t[0], t[1], t[2]}) < filter_.size() &&

@@ -55,6 +55,9 @@ class RegionMesher {
   std::vector<Chord> chords_of_turned();
   std::vector<Chord> chords_of_tight();
   void renew_border_bounds();
+  bool make_fan(const std::vector<PlanarTriangulation::Segment>& border);
+  [[nodiscard]] std::vector<Chord> chords_of_fan() const;
+  void finish_fan();
   void insert_apex();
   void insert_grid();
   [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
@@ -86,6 +89,7 @@ class RegionMesher {
   std::vector<Vec2> points_;
   std::vector<double> spacing_;                           // of each vertex, chart length
   std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
+  std::vector<std::array<std::uint32_t, 3>> fan_;  // about a cone's apex, in place of all else
   bool built_ = false, broken_ = false, urgent_ = false;
   mutable bool tight_ = false;  // arcs leave some triangle no room
   int turned_rounds_ = 0, tight_rounds_ = 0;

@@ -131,6 +131,12 @@ inline std::vector<NamedCase> named_cases() {
       {"SphereOverTheBorder", on_plane(sphere("A", "40,40,0", "9"), "+A")},
       {"ConeApexUp", on_plane(cone("K", "20,20,0", "20,20,12", "9"), "+K")},
       {"ConeApexDownPocket", on_plane(cone("K", "20,20,1", "20,20,-9", "9"), "-K")},
+      // Its lowest ruling is upright: all heights below the apex lie over one another.
+      {"ConeWithAnUprightRuling",
+       on_plane(cone("K", "15,20,-5", "25,20,5", "14.142135623730951"), "+K")},
+      {"ConeWithARulingAlmostUpright", on_plane(cone("K", "15,20,-5", "25,20,5", "14.13"), "+K")},
+      {"PocketOfAConeWithAnUprightRuling",
+       on_plane(cone("K", "15,20,5", "25,20,-5", "14.142135623730951"), "-K")},
       {"ConeApexOnPlane", on_plane(cone("K", "20,20,-9", "20,20,0", "9"), "+K")},
       {"ConeApexOnTheBorder", on_plane(cone("K", "40,20,0", "40,20,12", "9"), "+K")},
       {"ConeLying", on_plane(cone("K", "8,20,0", "32,20,0", "8"), "+K")},
