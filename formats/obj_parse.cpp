@@ -301,12 +301,20 @@ class SectionParser {
   ObjSection& section_;
 };
 
-// Calls `see` with the first character and the place of every statement.
+// A statement whose name is the rest of its line: a backslash at the end is the name's last letter.
+bool is_named(std::string_view word) {
+  return word == "g" || word == "o" || word == "usemtl" || word == "mtllib";
+}
+
+// Calls `see` with the first character and the place of every statement. Statements end where
+// SectionParser ends them.
 template <class See>
 void walk_statements(TextScanner& text, See see) {
   while (text.more()) {
     const char* const start = text.at();
     if (!see(start)) return;
+    const bool maybe_named = *start == 'g' || *start == 'o' || *start == 'u' || *start == 'm';
+    if (maybe_named && is_named(text.word())) text.rest_of_line();
     text.skip_line(*start == '#');
   }
 }
