@@ -376,7 +376,7 @@ void Assembler::add_walls() {
     for (std::size_t k = 0; k + 1 < n; ++k) {
       const std::uint32_t p = chain[k], q = chain[k + 1];
       const double pl = left_z(p), pr = right_z(p), ql = left_z(q), qr = right_z(q);
-      if (pl == pr && ql == qr) continue;
+      if (p == q || (pl == pr && ql == qr)) continue;
       // A corner between them is not there: small beside the tolerance, or told.
       const double low = std::fmin(std::fabs(pl - pr), std::fabs(ql - qr));
       if ((pl - pr) * (ql - qr) < 0 && low > kUnseen * tolerance) {

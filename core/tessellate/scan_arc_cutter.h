@@ -82,6 +82,7 @@ class ArcCutter {
                        [](const PlanCurve& c) { return c.type == CurveType::kOutline; });
   }
   void cut(PlanArc& arc);
+  void leave_once_round(PlanArc& arc) const;
   void join_at_vertices();
   void part_at_shared_nodes();
   void part_arc(std::uint32_t arc, const std::vector<std::uint32_t>& passes,

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/scan_arcs.h"
 
+#include <unordered_map>
+
+#include "core/pair_key.h"
 #include "core/tessellate/scan_arc_cutter.h"
 
 namespace diesink {
@@ -235,6 +238,51 @@ void ArcCutter::cut(PlanArc& arc) {
     arc.nodes.push_back(nodes_[k]);
     arc.curves.push_back(curves_[k - 1]);
   }
+  if (arc.nodes.size() == 1) {  // shrunk to a point: from it to itself, so that it has a curve
+    arc.nodes.push_back(arc.nodes[0]);
+    arc.curves.push_back(curves.back());
+  }
+  leave_once_round(arc);
+}
+
+// Round a hole of a few least cells every stretch may have gone once round: an arc that comes to an
+// edge of the sheet's border again goes on as after the first time.
+void ArcCutter::leave_once_round(PlanArc& arc) const {
+  std::unordered_map<std::uint64_t, std::size_t> first;  // by the edge's ends: the node before it
+  std::vector<std::pair<std::size_t, std::uint64_t>> edges;  // those kept: that node, and the ends
+  std::vector<std::uint32_t> nodes;
+  std::vector<PlanCurve> curves;
+  std::size_t before = kNone;  // the last node at a vertex, but for other curves since
+  for (std::size_t k = 0; k < arc.nodes.size(); ++k) {
+    const std::uint32_t n = arc.nodes[k];
+    if (k > 0 && arc.curves[k - 1].type != CurveType::kOutline) {
+      first.clear();
+      edges.clear();
+      before = kNone;
+    }
+    const bool at_vertex = out_.place[n].kind == ScanPlace::Kind::kVertex;
+    if (at_vertex && before != kNone) {
+      const std::uint64_t edge = pair_key(out_.place[nodes[before]].id, out_.place[n].id);
+      const auto known = first.find(edge);
+      if (known != first.end()) {
+        before = known->second;
+        nodes.resize(before + 1);
+        curves.resize(before);
+        while (!edges.empty() && edges.back().first > before) {
+          first.erase(edges.back().second);
+          edges.pop_back();
+        }
+      } else {
+        first.emplace(edge, before);
+        edges.emplace_back(before, edge);
+      }
+    }
+    if (!nodes.empty()) curves.push_back(arc.curves[k - 1]);
+    nodes.push_back(n);
+    if (at_vertex) before = nodes.size() - 1;
+  }
+  arc.nodes = std::move(nodes);
+  arc.curves = std::move(curves);
 }
 
 bool is_base(const Impl& surface, Label label) {
