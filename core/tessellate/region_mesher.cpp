@@ -78,6 +78,11 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
     ask(w.segment_a);
     ask(w.segment_b);
   }
+  // Between few long chords a region may be turned inside out, which names one of them alone.
+  if (wrong.size() == 1 && wrong[0].segment_b == kNoSegment && wrong[0].point == kNoPoint) {
+    split.clear();
+    for (std::uint32_t s = 0; s < segments.size(); ++s) ask(s);
+  }
   if (!built_) return split;
   if (options_.grid_x != nullptr) {
     insert_grid();

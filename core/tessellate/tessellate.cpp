@@ -201,12 +201,16 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
 }
 
 // Takes a finished mesh back to where the program has it.
-void move_back(const Vec2& way, Tessellation& made) {
+void move_back(const CompoundSurface& given, const Vec2& way, Tessellation& made) {
   const Vec3 step(way.x(), way.y(), 0);
   for (Vec3& p : made.mesh.positions) p -= step;
   TessellationReport& report = made.report;
+  // Counted again: vertices have rounded to their coordinates there.
+  std::vector<ElementReport> before = std::move(report.elements);
+  fill_report(given, made, report.bounds[0].z(), report);
+  for (std::size_t e = 0; e < before.size(); ++e)
+    report.elements[e].max_deviation = before[e].max_deviation;
   for (MeshDoubt& doubt : report.doubts) doubt.place -= step;
-  for (Vec3& corner : report.bounds) corner -= step;
   for (std::size_t k = 0; k < 4; ++k) report.domain[k] -= way[static_cast<Eigen::Index>(k / 2)];
 }
 
@@ -250,7 +254,7 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
   Result<Tessellation> made = mesh_faces(seen ? *seen : home.surface(), plan, options);
   if (!made) return made;
   const auto start = std::chrono::steady_clock::now();
-  if (home.is_moved()) move_back(home.way(), *made);
+  if (home.is_moved()) move_back(given, home.way(), *made);
   last_check(seen ? *seen : given, options.threads, *made);
   made->report.seconds_tessellate += seconds_since(start);
   if (options.progress) options.progress(1);

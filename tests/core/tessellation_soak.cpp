@@ -5,6 +5,9 @@
 //                      small and coarse ones, for every run of the tests; every kind of solid and
 //                      base has to be among them, curves have to lie on their faces; MOST of them
 //                      may fail (0)
+//        tessellation_soak --coarse FIRST COUNT [FOLDER]
+//                      small ones with tolerances up to ten times the part, up to 1e7 mm away from
+//                      the origin
 //        tessellation_soak --part FILE [TOLERANCE]  one program, all schemes
 //        tessellation_soak --cases FOLDER           writes the named degenerate dies there
 // SPDX-License-Identifier: Apache-2.0
@@ -57,6 +60,11 @@ const TrialKind kHeavy{0x5EED, 24, {0.04, 0.16}, {1e-4, 3e-4, 1e-3, 1e-2}, 1000,
 // Some hundredths of a second each.
 const TrialKind kSmall{0x5A11, 5, {0.1, 0.25}, {1e-3, 3e-3, 1e-2}, 200, true};
 
+// What is left of a part where the tolerance, or the digits that far coordinates leave, are wider
+// than its features: a mesh, and what it cannot show is told.
+const TrialKind kCoarse{0xC0A5, 8, {0.02, 0.25}, {0.02, 0.1, 0.5, 2, 10}, 50, false};
+constexpr double kFarther[] = {0, 1e3, 1e5, 1e6, 1e7};  // moved by so many millimetres
+
 // Seeds walk through sizes, numbers of solids, tolerances and both kinds of mesh.
 Trial trial_of(const TrialKind& kind, std::uint64_t seed) {
   Trial trial;
@@ -77,6 +85,15 @@ Trial trial_of(const TrialKind& kind, std::uint64_t seed) {
   trial.options.seed = seed;
   trial.options.samples = kind.samples;
   trial.options.may_be_empty = true;
+  if (&kind == &kCoarse) {
+    const std::string far = moved(trial.text, kFarther[random.below(5)]);
+    try {
+      surface_of(far);
+      trial.text = far;
+    } catch (const std::exception&) {
+      // Rounding has bent a polyhedron's faces: refused when it is read, so it stays at home.
+    }
+  }
   if (kind.regrid && seed % 4 == 0 && how.scheme == MeshScheme::kAdaptive) {
     program.interval = program.size / 7.3;
     trial.regridded = random_part_program(seed, program);
@@ -171,15 +188,16 @@ void note_kinds(const CompoundSurface& surface, std::set<std::string>& kinds) {
   }
 }
 
-int soak(std::uint64_t first, std::uint64_t count, const std::string& folder, bool small,
+int soak(const TrialKind& kind, std::uint64_t first, std::uint64_t count, const std::string& folder,
          std::size_t most) {
+  const bool small = &kind == &kSmall;
   std::map<std::string, std::size_t> kinds;
   std::set<std::string> made_of;
   std::size_t failed = 0;
   std::vector<std::string> uncertified;
   double residual = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const Trial trial = trial_of(small ? kSmall : kHeavy, seed);
+    const Trial trial = trial_of(kind, seed);
     if (small) note_kinds(surface_of(trial.text), made_of);
     ProofFigures figures;
     const std::string faults = run_apart(trial, figures);
@@ -204,7 +222,7 @@ int soak(std::uint64_t first, std::uint64_t count, const std::string& folder, bo
     }
   }
   std::printf("%zu of %llu failed\n", failed, static_cast<unsigned long long>(count));
-  for (const auto& [kind, times] : kinds) std::printf("%6zu  %s\n", times, kind.c_str());
+  for (const auto& [name, times] : kinds) std::printf("%6zu  %s\n", times, name.c_str());
   std::printf("largest distance of a curve's vertex to its faces: %.2g of the size\n", residual);
   std::printf("%zu adaptive meshes tell an area that is not certified", uncertified.size());
   for (std::size_t k = 0; k < uncertified.size(); ++k)
@@ -217,15 +235,15 @@ int soak(std::uint64_t first, std::uint64_t count, const std::string& folder, bo
     ++failed;
   }
   // All that a part program can be made of has been among them.
-  for (const SolidKind* kind : solid_kinds()) {
-    if (made_of.contains(std::string(kind->keyword))) continue;
-    std::printf("no %s among them\n", std::string(kind->keyword).c_str());
+  for (const SolidKind* one : solid_kinds()) {
+    if (made_of.contains(std::string(one->keyword))) continue;
+    std::printf("no %s among them\n", std::string(one->keyword).c_str());
     ++failed;
   }
-  for (const char* kind : {"plus", "minus", "group", "group in a group", "plane", "no base",
+  for (const char* word : {"plus", "minus", "group", "group in a group", "plane", "no base",
                            "Ferguson, affine", "Ferguson, warped"}) {
-    if (made_of.contains(kind)) continue;
-    std::printf("no %s among them\n", kind);
+    if (made_of.contains(word)) continue;
+    std::printf("no %s among them\n", word);
     ++failed;
   }
   return failed == 0 ? 0 : 1;
@@ -264,16 +282,18 @@ int main(int count, char** words) {
       std::ofstream(std::string(words[2]) + "/" + c.name + ".part") << c.text;
     return 0;
   }
-  const bool small = first == "--small";
-  if (count < (small ? 4 : 3)) {
+  const TrialKind& kind = first == "--small" ? kSmall : first == "--coarse" ? kCoarse : kHeavy;
+  const bool small = &kind == &kSmall;
+  if (count < (&kind == &kHeavy ? 3 : 4)) {
     std::fprintf(
         stderr,
-        "usage: tessellation_soak FIRST COUNT [FOLDER] | --small FIRST COUNT [MOST] | --part "
-        "FILE [TOLERANCE]\n");
+        "usage: tessellation_soak FIRST COUNT [FOLDER] | --small FIRST COUNT [MOST] | --coarse "
+        "FIRST COUNT [FOLDER] | --part FILE [TOLERANCE]\n");
     return 1;
   }
-  const int at = small ? 2 : 1;
+  const int at = &kind == &kHeavy ? 1 : 2;
   const std::string last = count > at + 2 ? words[at + 2] : "";
-  return soak(std::strtoull(words[at], nullptr, 10), std::strtoull(words[at + 1], nullptr, 10),
-              small ? "" : last, small, small ? std::strtoull(last.c_str(), nullptr, 10) : 0);
+  return soak(kind, std::strtoull(words[at], nullptr, 10),
+              std::strtoull(words[at + 1], nullptr, 10), small ? "" : last,
+              small ? std::strtoull(last.c_str(), nullptr, 10) : 0);
 }

@@ -357,7 +357,7 @@ inline std::string moved(const std::string& text, double by) {
     const bool point = line.size() > 2 && line[0] == 'P' && line[1] >= '0' && line[1] <= '9';
     const bool range = line.starts_with("X-RNG") || line.starts_with("Y-RNG");
     // A point of a base's grid.
-    const bool node = line.find_first_not_of("-+.,0123456789e") == std::string::npos &&
+    const bool node = line.find_first_not_of("-+.,0123456789eED") == std::string::npos &&
                       std::count(line.begin(), line.end(), ',') == 2;
     if (!point && !range && !node) {
       out += line + '\n';
@@ -368,6 +368,7 @@ inline std::string moved(const std::string& text, double by) {
     for (int k = 0; std::getline(fields, field, ','); ++k) {
       if (k == (node ? 0 : 1) || k == (node ? 1 : 2)) {
         char number[40];
+        std::replace(field.begin(), field.end(), 'D', 'E');
         std::snprintf(number, sizeof number, "%.17g", std::stod(field) + by);
         field = number;
       }
