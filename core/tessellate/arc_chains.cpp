@@ -10,7 +10,7 @@ namespace diesink {
 bool ArcSamples::find_splittable(std::uint32_t a, std::uint32_t b, double shortest, Ref& ref,
                                  double& t0, double& t1) const {
   const auto found = chords_.find(key(a, b));
-  if (found == chords_.end() || arrangement_.arcs[found->second.arc].seam) return false;
+  if (found == chords_.end() || arrangement_.arcs[found->second.arc].fixed) return false;
   ref = found->second;
   if (has_scan(ref.arc)) return false;  // the base has been cut along it
   const SampledArc& arc = arcs[ref.arc];

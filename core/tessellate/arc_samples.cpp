@@ -199,7 +199,7 @@ void ArcSamples::sample(std::uint32_t a, std::vector<Trial>& out) const {
   std::vector<Open> open;
   const std::size_t stretches = arc.nodes.size() - 1;
   const bool is_scan_border = arc.border && is_scan(arc.left);
-  if (arc.seam) {  // the seam's own points, and no others
+  if (arc.fixed) {  // its own points, and no others
     for (std::size_t k = 1; k < stretches; ++k) {
       const double t = static_cast<double>(k);
       out.push_back({t, point_at(a, t)});
@@ -383,6 +383,12 @@ std::uint32_t ArcSamples::insert(std::uint32_t a, std::uint32_t after, const Tri
 void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
   SampledArc& arc = arcs[a];
   const std::uint32_t next = arc.samples[n].next;
+  const std::vector<double>& known = arrangement_.arcs[a].bounds;
+  if (!known.empty()) {
+    arc.samples[n].deviation = known[static_cast<std::size_t>(arc.samples[n].t)];
+    largest_deviation = std::fmax(largest_deviation, arc.samples[n].deviation);
+    return;
+  }
   const double d = bound(a, arc.samples[n], arc.samples[next]);
   // Over the far side of a wall two bounds are added, to more than the sag that is there: as long
   // as the tolerance holds the sum is well.
@@ -421,7 +427,7 @@ void ArcSamples::certify(std::uint32_t a, std::uint32_t n, int depth) {
     return bound(a, t0, p, t, m) < 1e300 || bound(a, t, m, t1, q) < 1e300;
   };
   if (d > most && depth < (d < 1e300 ? kCertifyDepth : kTouchDepth) && options_.grid_x == nullptr &&
-      !own.seam && halves()) {
+      !own.fixed && halves()) {
     const double t = halfway(a, t0, t1);
     const std::uint32_t mid = insert(a, n, {t, point_at(a, t)});
     certify(a, n, depth + 1);
@@ -447,7 +453,7 @@ void ArcSamples::sample_all(int threads) {
   std::vector<std::vector<Trial>> trials(n);
   parallel_blocks(n, 4, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t a = begin; a < end; ++a) {
-      if (options_.grid_x != nullptr && !arrangement_.arcs[a].seam) {
+      if (options_.grid_x != nullptr && !arrangement_.arcs[a].fixed) {
         sample_on_grid(static_cast<std::uint32_t>(a), trials[a]);
       } else if (!(arrangement_.arcs[a].border && arrangement_.arcs[a].left == kNoLabel)) {
         sample(static_cast<std::uint32_t>(a), trials[a]);
@@ -496,11 +502,11 @@ void ArcSamples::sample_all(int threads) {
       append(junction(a, true), static_cast<double>(of.nodes.size() - 1));
     }
   }
-  // Seams first: the chords of others make way for theirs.
+  // Fixed ones first: the chords of others make way for theirs.
   std::vector<std::uint32_t> order;
-  for (const bool seam : {true, false}) {
+  for (const bool fixed : {true, false}) {
     for (std::uint32_t a = 0; a < n; ++a) {
-      if (arrangement_.arcs[a].seam == seam) order.push_back(a);
+      if (arrangement_.arcs[a].fixed == fixed) order.push_back(a);
     }
   }
   for (const std::uint32_t a : order) {
@@ -514,7 +520,7 @@ void ArcSamples::sample_all(int threads) {
           chords_.try_emplace(key(arc.samples[k].point, arc.samples[after].point), Ref{a, k});
       if (fresh) continue;
       // Two arcs between the same two corners. Each gets a point of its own, lest what lies between
-      // them have no area; a straight border needs none, a seam takes none.
+      // them have no area; a straight border needs none, what is fixed takes none.
       const Ref other = it->second;
       const auto halve = [&](std::uint32_t of_arc, std::uint32_t from) {
         const std::vector<ArcSample>& samples = arcs[of_arc].samples;
@@ -525,7 +531,7 @@ void ArcSamples::sample_all(int threads) {
         insert(of_arc, from, {t, point_at(of_arc, t)});
       };
       const std::uint64_t both = key(arc.samples[k].point, arc.samples[after].point);
-      const bool halve_other = !arrangement_.arcs[other.arc].seam;
+      const bool halve_other = !arrangement_.arcs[other.arc].fixed;
       if (halve_other) halve(other.arc, other.sample);
       chords_[both] = {a, k};
       if (!of.border || !halve_other) {

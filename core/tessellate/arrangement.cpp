@@ -151,7 +151,7 @@ void ArcMaker::walk(std::uint32_t start, std::uint32_t link) {
 
 // The points of the seam between the two nodes of an arc, as kept nodes between them.
 void ArcMaker::run_along_seam(const Seam& seam, bool ahead, PlanArc& arc) {
-  arc.seam = true;
+  arc.fixed = true;
   const std::uint32_t last = arc.nodes.back();
   const auto along = [&](std::uint32_t n) {
     return seam.axis == 0 ? out_.nodes[n].y : out_.nodes[n].x;

@@ -32,7 +32,8 @@ struct PlanArc {
   Label left = kNoLabel, right = kNoLabel;
   bool closed = false;
   bool border = false;  // a stretch of the domain's border, the domain on its left
-  bool seam = false;    // of a cut between tiles: its chain is that of its nodes for good
+  bool fixed = false;   // of a cut between tiles, or laid straight: its chain is that of its nodes
+  std::vector<double> bounds;  // one a stretch where it was laid straight; else worked out
 };
 
 // A directed arc of a loop.

@@ -6,6 +6,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/tessellate/floor_border.h"
 #include "core/tessellate/mesh_report.h"
 #include "core/tessellate/pinch.h"
 
@@ -146,7 +147,7 @@ void Assembler::add_levels() {
       // On a cut between tiles the chords along it decide: both tiles have those.
       const std::uint32_t node = samples_.points[chain[k]].node;
       if (node != ArcPoint::kNoNode && arrangement_.nodes[node].seam &&
-          (!arc.seam || arrangement_.nodes[node].corner))
+          (!arc.fixed || arrangement_.nodes[node].corner))
         continue;
       double& spacing = columns_[chain[k]].spacing;
       spacing = std::fmin(spacing, longer);
@@ -403,36 +404,14 @@ void Assembler::add_walls() {
 
 Status Assembler::add_floor() {
   // The area over which there is a surface, bounded by the border and by holes.
-  std::vector<Vec2> points;
-  std::vector<std::uint32_t> of;
-  std::vector<PlanarTriangulation::Segment> segments;
-  std::unordered_map<std::uint32_t, std::uint32_t> local;
-  std::vector<std::uint32_t> chain;
-  for (std::uint32_t a = 0; a < arrangement_.arcs.size(); ++a) {
-    const PlanArc& arc = arrangement_.arcs[a];
-    if (!hole_or_border(arc) || (arc.left == kNoLabel && (arc.border || arc.right == kNoLabel)))
-      continue;
-    samples_.chain(a, chain);
-    if (arc.left == kNoLabel) std::reverse(chain.begin(), chain.end());
-    const auto number = [&](std::uint32_t p) {
-      const auto [it, fresh] = local.try_emplace(p, static_cast<std::uint32_t>(points.size()));
-      if (fresh) {
-        points.emplace_back(samples_.points[p].x, samples_.points[p].y);
-        of.push_back(p);
-      }
-      return it->second;
-    };
-    for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
-      if (chain[k] != chain[k + 1]) segments.push_back({number(chain[k]), number(chain[k + 1])});
-    }
-  }
+  const FloorBorder border = floor_border(arrangement_, samples_);
   PlanarTriangulation t;
-  if (!t.build(points, segments).empty()) {
+  if (!t.build(border.points, border.segments).empty()) {
     return Error{
         ErrorCode::kInput, "the border of the floor crosses itself", {compound_.program().file}};
   }
   std::vector<std::uint32_t> global;
-  for (const std::uint32_t p : of) global.push_back(vertex_at(p, floor_));
+  for (const std::uint32_t p : border.arc_point) global.push_back(vertex_at(p, floor_));
   RefineRules rules;
   // (Over a scan as few as its border needs.)
   rules.min_angle = std::holds_alternative<MeshBase>(compound_.program().base) ? 0 : kFloorAngle;
@@ -518,6 +497,31 @@ void Assembler::add_curves() {
   out_.report.corner_vertices = count(corner);
 }
 
+// Vertices of no triangle: splits of a border have moved over them, or every wall at their height
+// stands on a wedge with vertices of its own.
+void drop_unused(TriangleMesh& mesh) {
+  constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
+  std::vector<std::uint32_t> now(mesh.positions.size(), kUnused);
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t v : t) now[v] = 0;
+  }
+  std::uint32_t count = 0;
+  for (std::uint32_t v = 0; v < now.size(); ++v) {
+    if (now[v] == kUnused) continue;
+    mesh.positions[count] = mesh.positions[v];
+    now[v] = count++;
+  }
+  if (count == mesh.positions.size()) return;
+  mesh.positions.resize(count);
+  for (auto& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = now[v];
+  }
+  for (MeshCurve& curve : mesh.curves) {
+    for (std::uint32_t& v : curve.vertices) v = now[v];
+    std::erase(curve.vertices, kUnused);
+  }
+}
+
 Result<Tessellation> Assembler::run() {
   const PartProgram& program = compound_.program();
   out_.mesh.name = program.name;
@@ -559,6 +563,7 @@ Result<Tessellation> Assembler::run() {
     for (const auto& [z, v] : columns_[p].levels) pinches.push_back(v);
   }
   split_fans(out_.mesh, pinches);
+  drop_unused(out_.mesh);
   fill_report(compound_, out_, floor_, out_.report);
   for (const auto& [e, bound] : wall_bound_) out_.report.elements[e].max_deviation = bound;
   out_.report.domain = {arrangement_.box.x0, arrangement_.box.x1, arrangement_.box.y0,

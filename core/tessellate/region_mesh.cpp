@@ -9,15 +9,10 @@
 #include <numeric>
 
 #include "core/parallel.h"
+#include "core/tessellate/floor_border.h"
 #include "core/tessellate/region_mesher.h"
 
 namespace diesink {
-namespace {
-
-// Chords of one region's border that cross, over all rounds: more are of borders that overlap.
-constexpr std::size_t kMostCrossings = 20'000;
-
-}  // namespace
 
 Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surface,
                                              const Arrangement& arrangement, ArcSamples& samples,
@@ -56,7 +51,8 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
   std::vector<char> touched(regions.size());
   std::vector<char> to_build(regions.size(), 1);
   std::vector<std::size_t> crossings(regions.size(), 0);
-  bool any_build = true;
+  std::size_t floor_crossings = 0;
+  bool any_build = true, given_up = false;
   // Chords that cross are split down to the distance at which points are told apart at all.
   const double least = 1e-9 * surface.size;
   for (int round = 0; round < options.rounds + 40; ++round) {
@@ -73,55 +69,76 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
                         if (!to_build[r]) asked[r] = regions[r]->refine();
                       }
                     });
-    any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
     // Borders that truly overlap would be split for ever, and where none of the chords that cross
     // can be split any more, the next round would find the same.
-    bool hopeless = false;
-    for (std::size_t r = 0; r < regions.size() && !hopeless; ++r) {
-      if (to_build[r]) crossings[r] += asked[r].size();
-      hopeless = to_build[r] && (crossings[r] > kMostCrossings ||
-                                 std::none_of(asked[r].begin(), asked[r].end(),
-                                              [&](const RegionMesher::Chord& chord) {
-                                                return samples.can_split(chord[0], chord[1], least);
-                                              }));
+    const auto is_hopeless = [&](const std::vector<RegionMesher::Chord>& chords,
+                                 std::size_t crossings_so_far) {
+      return crossings_so_far > options.crossings ||
+             std::none_of(chords.begin(), chords.end(), [&](const RegionMesher::Chord& chord) {
+               return samples.can_split(chord[0], chord[1], least);
+             });
+    };
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      if (!to_build[r]) continue;
+      crossings[r] += asked[r].size();
+      if (!is_hopeless(asked[r], crossings[r])) continue;
+      asked[r].clear();
+      if (options.to_the_end && regions[r]->lay_in_plan()) {
+        crossings[r] = 0;
+        continue;
+      }
+      given_up = true;
+      to_build[r] = 0;
     }
-    if (hopeless) break;
+    if (given_up && !options.to_the_end) break;
     bool split_any = false;
     std::fill(touched.begin(), touched.end(), 0);
+    // Splits a chord for all regions beside it; false where it is too short or stays.
+    const auto split = [&](const RegionMesher::Chord& chord, double shortest) {
+      const ArcSamples::Split made = samples.split(chord[0], chord[1], shortest);
+      if (made.point == ArcSamples::kNone) return false;
+      for (const std::uint32_t user : users[made.arc]) {
+        regions[user]->take_split(chord, made.point);
+        touched[user] = 1;
+        if (regions[user]->broken()) to_build[user] = 1;
+      }
+      return true;
+    };
     const std::vector<char> building = to_build;  // as it was asked: a split may break a region
     for (std::size_t r = 0; r < regions.size(); ++r) {
+      // Nor does it help to split on and on where borders overlap in plan alone.
+      const bool turned = !building[r] && regions[r]->urgent();
+      if (turned) crossings[r] += asked[r].size();
+      const bool urgent = building[r] || (turned && crossings[r] <= options.crossings);
       for (const RegionMesher::Chord& chord : asked[r]) {
-        if (!refining && !building[r] && !regions[r]->urgent()) {
-          regions[r]->keep(chord);
-          touched[r] = 1;
-          split_any = true;  // refine once more without it
-          continue;
-        }
-        const ArcSamples::Split split = samples.split(
-            chord[0], chord[1], building[r] || regions[r]->urgent() ? least : options.shortest);
-        if (split.point == ArcSamples::kNone) {
-          // Too short, or split already by the other side: a kept segment is told to both.
-          regions[r]->keep(chord);
-          touched[r] = 1;
-          split_any = true;
-          continue;
-        }
         split_any = true;
-        for (const std::uint32_t user : users[split.arc]) {
-          regions[user]->take_split(chord, split.point);
-          touched[user] = 1;
-          if (regions[user]->broken()) to_build[user] = 1;
-        }
+        if ((refining || urgent) && split(chord, urgent ? least : options.shortest)) continue;
+        // Too short, or split already by the other side: a kept segment is told to both.
+        regions[r]->keep(chord);
+        touched[r] = 1;
       }
     }
     any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
+    if (!split_any && !any_build && options.floor) {
+      const std::vector<RegionMesher::Chord> crossing =
+          crossings_of_floor(floor_border(arrangement, samples));
+      floor_crossings += crossing.size();
+      if (!crossing.empty() && is_hopeless(crossing, floor_crossings)) {
+        given_up = true;
+        break;
+      }
+      for (const RegionMesher::Chord& chord : crossing) {
+        if (split(chord, least)) split_any = true;
+      }
+      any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
+    }
     if (!split_any && !any_build) break;
     active.clear();
     for (const std::uint32_t r : heaviest_first) {
       if (touched[r] || to_build[r]) active.push_back(r);
     }
   }
-  if (any_build) {
+  if (any_build || given_up) {
     return Error{ErrorCode::kInput,
                  "the border of a surface element crosses itself at the least distance: the part "
                  "is finer than its coordinates can tell",

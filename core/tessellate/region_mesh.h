@@ -8,6 +8,7 @@
 
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/planar_triangulation.h"
+#include "core/tessellate/search_budget.h"
 
 namespace diesink {
 
@@ -40,6 +41,11 @@ struct RegionOptions {
   double largest_coordinate = 0;  // of the finished mesh, if it is moved: vertices will round to it
   int rounds = 24;
   int threads = 0;
+  bool floor = false;  // of a solid: chords beside no surface must not cross in plan either
+  std::size_t crossings = SearchBudget().crossings;
+  // A region that cannot be triangulated in its chart is triangulated in plan, and all others are
+  // refined however that ends: their arcs then have what they need.
+  bool to_the_end = false;
   bool skip_base = false;  // a scanned base is not a face with a chart
   const std::vector<double>* grid_x =
       nullptr;  // both set: the grid's nodes instead of refinement, in plan

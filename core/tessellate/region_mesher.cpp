@@ -19,6 +19,9 @@ constexpr int kTightRounds = 3;
 constexpr int kTurnedRounds = 12;
 // Rounds of halving a fan's chords: from the size of a part down to a tolerance.
 constexpr int kFanRounds = 24;
+// Vertices that a region laid in plan may get: beside a silhouette its triangles are needles, and
+// no number of them would do.
+constexpr std::size_t kMostInPlan = 20'000;
 
 }  // namespace
 
@@ -61,7 +64,7 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
   }
   triangulation_ = PlanarTriangulation();
   fan_.clear();
-  if (make_fan(segments)) {
+  if (!in_plan_ && make_fan(segments)) {
     built_ = true;
     return {};
   }
@@ -104,7 +107,7 @@ double RegionMesher::weight() const {
 void RegionMesher::insert_apex() {
   const std::optional<Vec3> apex = chart_.apex();
   if (!apex) return;
-  const Vec2 c = chart_.to_chart(*apex);
+  const Vec2 c = to_plane(*apex);
   if (!triangulation_.insert(c)) return;
   mesh_.arc_point.push_back(ArcSamples::kNone);
   mesh_.position.push_back(*apex);
@@ -168,7 +171,7 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
   RefineRules rules;
   rules.min_angle = chart_.is_plane() ? options_.flat_angle : options_.min_angle;
   rules.shortest_edge = options_.shortest;
-  rules.max_vertices = 50'000'000;
+  rules.max_vertices = in_plan_ ? points_.size() + kMostInPlan : 50'000'000;
   rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return too_coarse(a, b, c);
   };
@@ -181,11 +184,20 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     filter_.add(mesh_.position[v]);
   };
   for (std::size_t v = spacing_.size(); v < mesh_.position.size(); ++v) add_spacing(v);
-  rules.spacing = [this](std::uint32_t v) { return spacing_[v]; };
+  if (in_plan_) {
+    rules.min_angle = options_.flat_angle;
+  } else {
+    rules.spacing = [this](std::uint32_t v) { return spacing_[v]; };
+  }
   rules.closing = [this](std::uint32_t a, std::uint32_t b) { return closing(a, b); };
   rules.add_vertex = [this, &add_spacing](const Vec2& c) {
     Vec3 p;
-    if (!chart_.from_chart(c, p)) return false;
+    if (in_plan_) {
+      p.head<2>() = c;
+      if (!samples_.surface_height(mesh_.label, c.x(), c.y(), p.z())) return false;
+    } else if (!chart_.from_chart(c, p)) {
+      return false;
+    }
     mesh_.arc_point.push_back(ArcSamples::kNone);
     mesh_.position.push_back(p);
     mesh_.border_bound.push_back(0);
@@ -197,6 +209,7 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     chords.push_back({mesh_.arc_point[s[0]], mesh_.arc_point[s[1]]});
   }
   urgent_ = false;
+  if (in_plan_) return chords;
   if (chords.empty() && turned_rounds_ < kTurnedRounds) {
     chords = chords_of_turned();
     urgent_ = !chords.empty();
@@ -232,6 +245,24 @@ void RegionMesher::keep(const Chord& chord) {
     triangulation_.keep_segment(a->second, b->second);
 }
 
+// Lays a folded region anew in plan, where nothing folds; false, and as it was, where its chords
+// cross there.
+bool RegionMesher::finish_in_plan() {
+  RegionMesh folded = mesh_;
+  if (!lay_in_plan()) return false;
+  if (!build().empty()) {
+    mesh_ = std::move(folded);
+    return false;
+  }
+  for (;;) {
+    const std::vector<Chord> chords = refine();
+    if (chords.empty()) break;
+    for (const Chord& chord : chords) keep(chord);
+  }
+  mesh_.triangles = triangulation_.triangles();
+  return true;
+}
+
 RegionMesh RegionMesher::finish() {
   if (fan_.empty()) {
     mesh_.triangles = triangulation_.triangles();
@@ -247,7 +278,12 @@ RegionMesh RegionMesher::finish() {
   rules.bound = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return bound_of(face_bound_of(a, b, c), a, b, c);
   };
-  if (fan_.empty()) unfold(mesh_.position, rules, mesh_.triangles);
+  const auto is_folded = [&] {
+    return std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(),
+                       [&](const auto& t) { return rules.is_wrong(t[0], t[1], t[2]); });
+  };
+  if (fan_.empty() && !(options_.to_the_end && is_folded() && finish_in_plan()))
+    unfold(mesh_.position, rules, mesh_.triangles);
   for (const auto& t : mesh_.triangles) {
     const double known = std::fmin(mesh_.largest_deviation, options_.tolerance);
     if (known > 0 && std::max({t[0], t[1], t[2]}) < filter_.size() &&

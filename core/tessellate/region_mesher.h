@@ -44,12 +44,18 @@ class RegionMesher {
   // What refine() asked for last must be split however short it is.
   [[nodiscard]] bool urgent() const { return urgent_; }
   RegionMesh finish();
+  // Triangulates in plan from the next build() on, where chords of arcs that do not cross in plan
+  // cannot cross; false where it does so already.
+  bool lay_in_plan() {
+    if (options_.grid_x != nullptr || in_plan_) return false;
+    return in_plan_ = true;
+  }
   // Triangles to be expected, roughly: curved faces are filled at the spacing of their borders.
   [[nodiscard]] double weight() const;
 
  private:
   [[nodiscard]] Vec2 to_plane(const Vec3& p) const {
-    return options_.grid_x != nullptr ? Vec2(p.head<2>()) : chart_.to_chart(p);
+    return options_.grid_x != nullptr || in_plan_ ? Vec2(p.head<2>()) : chart_.to_chart(p);
   }
   std::uint32_t local(std::uint32_t arc_point);
   std::vector<Chord> chords_of_turned();
@@ -59,6 +65,7 @@ class RegionMesher {
   [[nodiscard]] std::vector<Chord> chords_of_fan() const;
   void finish_fan();
   void insert_apex();
+  bool finish_in_plan();
   void insert_grid();
   [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
   [[nodiscard]] bool looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
@@ -90,7 +97,7 @@ class RegionMesher {
   std::vector<double> spacing_;                           // of each vertex, chart length
   std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
   std::vector<std::array<std::uint32_t, 3>> fan_;  // about a cone's apex, in place of all else
-  bool built_ = false, broken_ = false, urgent_ = false;
+  bool built_ = false, broken_ = false, urgent_ = false, in_plan_ = false;
   mutable bool tight_ = false;  // arcs leave some triangle no room
   int turned_rounds_ = 0, tight_rounds_ = 0;
 };

@@ -67,7 +67,7 @@ BorderRule::BorderRule(const ScanCut& cut, const Arrangement& arrangement,
     before_[a].assign(chain.size(), kNone);
     after_[a].assign(chain.size(), kNone);
     for (std::uint32_t k = 0; k < chain.size(); ++k) {
-      const bool end = k == 0 || chain[k].next == ArcSample::kEnd || arrangement.arcs[a].seam;
+      const bool end = k == 0 || chain[k].next == ArcSample::kEnd || arrangement.arcs[a].fixed;
       count[chain[k].point] += end ? 2 : 1;
       place_[chain[k].point] = {a, k};
       if (chain[k].next == ArcSample::kEnd) continue;

@@ -19,6 +19,11 @@ struct SearchBudget {
   // Pieces of the least length that nothing settles, of one side of a cell; where there are more
   // the side is searched anew with pieces 16 times as long.
   std::size_t pieces = 4096;
+  // Chords of one region's border that cross, over all rounds of splitting them: more are of
+  // borders that overlap.
+  std::size_t crossings = 20'000;
+  // Ways to lay the cells before chords that still cross are laid straight (untangle.h).
+  int variants = 8;
 };
 
 }  // namespace diesink

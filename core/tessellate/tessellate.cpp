@@ -20,6 +20,7 @@
 #include "core/tessellate/region_mesh.h"
 #include "core/tessellate/seam.h"
 #include "core/tessellate/tessellate_scan.h"
+#include "core/tessellate/untangle.h"
 
 namespace diesink {
 namespace {
@@ -33,9 +34,6 @@ constexpr double kArcShare = 0.75;
 constexpr double kSeamShare = 0.35;
 // And between planes.
 constexpr double kFlatArcShare = 0.96;
-
-// Ways to lay the cells before a part is refused.
-constexpr int kVariants = 8;
 
 PlanBox tile_box(const TileCuts& cuts, const std::array<int, 2>& tile) {
   const auto i = static_cast<std::size_t>(tile[0]), j = static_cast<std::size_t>(tile[1]);
@@ -112,6 +110,8 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
   region_options.least_altitude = plan.least_altitude;
   region_options.largest_coordinate = plan.largest_coordinate;
   region_options.threads = options.threads;
+  region_options.floor = options.solid;
+  region_options.crossings = options.budget.crossings;
   if (grid) {
     region_options.grid_x = sampling.grid_x = &plan.xs;
     region_options.grid_y = sampling.grid_y = &plan.ys;
@@ -136,6 +136,10 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
   std::optional<ArcSamples> samples;
   std::vector<RegionMesh> regions;
   double evaluate = 0;
+  const auto mesh = [&] {
+    const ProgressSpan span(options.progress, 0.4, 0.9);
+    return mesh_regions(surface.impl(), *arrangement, *samples, region_options);
+  };
   for (int variant = 0;; ++variant) {
     ArrangementOptions arrangement_options;
     arrangement_options.tolerance = tolerance;
@@ -145,16 +149,18 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
     for (std::size_t side = 0; side < 4; ++side) {
       if (seams[side]) arrangement_options.seams[side] = &*seams[side];
     }
+    const bool last = variant + 1 >= options.budget.variants;
     Result<Arrangement> found = arrange(surface, plan.box, arrangement_options);
     if (!found && tiled && found.error().code == ErrorCode::kInput) return empty_tile(plan.box);
     if (!found) return found.error();
     if (!found->keeps_seams) {
-      if (variant + 1 < kVariants) continue;
+      if (!last) continue;
       return Error{ErrorCode::kInput,
                    "a cut between tiles runs along what cannot be told apart at the least distance",
                    {surface.program().file}};
     }
-    if (found->disorder > 0 && variant + 1 < kVariants) continue;
+    const bool disorder = found->disorder > 0;
+    if (disorder && !last) continue;
     arrangement.emplace(std::move(*found));
     evaluate = seconds_since(start);
     tell(0.2);
@@ -164,15 +170,24 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
       samples->sample_all(options.threads);
     }
     tell(0.4);
-    Result<std::vector<RegionMesh>> meshed = [&] {
-      const ProgressSpan span(options.progress, 0.4, 0.9);
-      return mesh_regions(surface.impl(), *arrangement, *samples, region_options);
-    }();
+    region_options.to_the_end = last;
+    Result<std::vector<RegionMesh>> meshed = mesh();
+    if (last && (!meshed || disorder)) {
+      std::optional<Arrangement> straight =
+          untangle(surface.impl(), *arrangement, *samples, plan.largest_coordinate);
+      if (straight) {
+        samples.reset();
+        arrangement.emplace(std::move(*straight));
+        samples.emplace(surface.impl(), *arrangement, sampling);
+        samples->sample_all(options.threads);
+        meshed = mesh();
+      }
+    }
     if (meshed) {
       regions = std::move(*meshed);
       break;
     }
-    if (variant + 1 == kVariants) return meshed.error();
+    if (last) return meshed.error();
   }
   tell(0.9);
 
