@@ -103,8 +103,6 @@ bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items
 std::uint32_t GraphMaker::add_corner(const std::vector<Item>& items, const Vec2& at,
                                      const PlanCurve* one, const PlanCurve* two, double z1,
                                      double z2, const Vec3* vertex) {
-  if (getenv("DBG")) { fprintf(stderr,"corner %.15g %.15g one %p v %p z1 %g\n", at.x(), at.y(), (const void*)one, (const void*)vertex, z1);
-    for (const Item& it : items) { const GraphNode& n = graph_.nodes[it.node]; fprintf(stderr,"   item %.15g %.15g side %d type %d labels %d %d h", n.x,n.y,it.side,(int)n.curve.type,(int)it.before,(int)it.after); for (auto& h : n.heights) fprintf(stderr," %d:%g",(int)h.label,h.z); fprintf(stderr,"\n");} }
   GraphNode node;
   node.corner = true;
   node.x = at.x();
