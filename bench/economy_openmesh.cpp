@@ -3,20 +3,10 @@
 #include <algorithm>
 
 #include "bench/economy.h"
-
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
-#include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
-#include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+#include "bench/economy_openmesh.h"
 
 namespace diesink::bench {
 namespace {
-
-struct Traits : OpenMesh::DefaultTraits {
-  using Point = OpenMesh::Vec3d;
-  using Normal = OpenMesh::Vec3d;
-};
-using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 
 // Refuses a collapse that makes a triangle or crease edge deviate by more than the tolerance.
 template <class M>
@@ -115,16 +105,7 @@ Soup decimated(const Scene& scene, double tolerance, double& seconds) {
     decimater.decimate();
   }
   seconds = now() - start;
-  Soup soup{fine.points, {}};
-  for (const auto f : mesh.faces()) {
-    if (f.deleted()) continue;
-    std::array<std::uint32_t, 3> t{};
-    std::size_t n = 0;
-    for (auto fv = mesh.cfv_iter(f); fv.is_valid(); ++fv)
-      t[n++] = static_cast<std::uint32_t>(fv->idx());
-    soup.triangles.push_back(t);
-  }
-  return soup;
+  return {fine.points, triangles_left(mesh)};
 }
 
 }  // namespace diesink::bench

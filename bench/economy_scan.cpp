@@ -8,27 +8,17 @@
 #include <utility>
 
 #include "bench/economy.h"
+#include "bench/economy_openmesh.h"
 #include "core/base/scanned.h"
 #include "core/compound/compound_surface.h"
 #include "core/tessellate/tessellate.h"
 #include "tests/support/height_mesh.h"
-
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
-#include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
-#include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 
 namespace diesink::bench {
 namespace {
 
 constexpr double kSize = 100;
 constexpr std::uint32_t kPoints = 201;  // each way: 80000 triangles
-
-struct Traits : OpenMesh::DefaultTraits {
-  using Point = OpenMesh::Vec3d;
-  using Normal = OpenMesh::Vec3d;
-};
-using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
 
 TriangleMesh relief() {
   return test::height_mesh(0, kSize, kPoints, 0, kSize, kPoints, [](double x, double y) {
@@ -100,14 +90,7 @@ TriangleMesh decimate(const TriangleMesh& scan, std::size_t vertices, double& se
   seconds = now() - start;
   TriangleMesh out;
   out.positions = scan.positions;
-  for (const auto f : mesh.faces()) {
-    if (f.deleted()) continue;
-    std::array<std::uint32_t, 3> t{};
-    std::size_t n = 0;
-    for (auto fv = mesh.cfv_iter(f); fv.is_valid(); ++fv)
-      t[n++] = static_cast<std::uint32_t>(fv->idx());
-    out.triangles.push_back(t);
-  }
+  out.triangles = triangles_left(mesh);
   return out;
 }
 

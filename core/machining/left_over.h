@@ -15,6 +15,8 @@
 
 namespace diesink {
 
+struct PassedMove;
+
 struct LeftOverLimits {
   double call = 0;   // what may stay, along the normal, before a place is called out
   double limit = 0;  // what may stay in the end; at least `call`
@@ -72,7 +74,6 @@ class LeftOver {
     std::vector<std::size_t> begin;  // of each band, and the end
     std::vector<float> area;         // in plan, each point's part
   };
-  struct PassedMove;
 
   void add_between(const CompoundSurface& surface);
   // Points to a side of a cell; 1 and 1 where its corners say enough.
@@ -133,8 +134,9 @@ class LeftOver {
   std::vector<Move> waiting_;
   // Tiles of kTile rows and columns and what is between their points.
   static constexpr std::size_t kTile = 16;
-  std::size_t tiles_ = 0;                   // side by side
-  std::vector<std::size_t> between_start_;  // of each band the first point of each tile
+  static constexpr std::size_t kRowsABlock = 16;  // for one thread
+  std::size_t tiles_ = 0;                         // side by side
+  std::vector<std::size_t> between_start_;        // of each band the first point of each tile
   std::vector<double> highest_;
 };
 

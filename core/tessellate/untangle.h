@@ -17,7 +17,7 @@ namespace diesink {
 //         largest_coordinate: of the mesh, if it will be moved; else 0.
 // Shape:  arcs are fixed; their chains are their nodes.
 // Bound:  no vertex moves by more than a grain: 2.5e-10 of the size, or four ulps of the largest
-//         coordinate; 16 times as much for each time that 64 rounds do not end the crossings. Nodes
+//         coordinate; 16 times as much for each time that 32 rounds do not end the crossings. Nodes
 //         of cuts between tiles stay, and the labels beside them. The plan area of faces about
 //         which chords do not agree is added to uncertified_area.
 // Errors: nothing where grains would be as large as the domain.

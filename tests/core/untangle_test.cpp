@@ -56,6 +56,15 @@ Arrangement arranged(const CompoundSurface& surface, double tolerance) {
   return made ? std::move(*made) : Arrangement{};
 }
 
+// Of arcs that have been moved: their curves are not where they say.
+std::optional<Arrangement> untangled(const CompoundSurface& surface, Arrangement&& moved) {
+  for (PlanArc& arc : moved.arcs) {
+    for (PlanCurve& curve : arc.curves) curve = PlanCurve{};
+  }
+  const Sampled from(surface, std::move(moved), 0.1);
+  return untangle(surface.impl(), from.arrangement, from.samples, 0);
+}
+
 // The plan area of each label; every region has to be triangulated in plan between its chords, and
 // every arc to have the region's label on its side.
 std::map<Label, double> areas_of(const CompoundSurface& surface, const Arrangement& arrangement) {
@@ -126,12 +135,7 @@ TEST(Untangle, OutlinesOverOneAnotherAreParted) {
   for (PlanNode& node : wrong.nodes) {
     if (!node.border && node.x > 23) node.x -= 10;
   }
-  for (PlanArc& arc : wrong.arcs) {
-    for (PlanCurve& curve : arc.curves) curve = PlanCurve{};
-  }
-  const Sampled from(surface, std::move(wrong), 0.1);
-  const std::optional<Arrangement> made =
-      untangle(surface.impl(), from.arrangement, from.samples, 0);
+  const std::optional<Arrangement> made = untangled(surface, std::move(wrong));
   ASSERT_TRUE(made);
   EXPECT_GT(made->uncertified_area, 0);
   const std::map<Label, double> areas = areas_of(surface, *made);
@@ -164,12 +168,7 @@ TEST(Untangle, ChordsOnOneAnotherBecomeOne) {
     if (again.closed) again.nodes.back() = again.nodes.front();
     wrong.arcs.push_back(std::move(again));
   }
-  for (PlanArc& arc : wrong.arcs) {
-    for (PlanCurve& curve : arc.curves) curve = PlanCurve{};
-  }
-  const Sampled from(surface, std::move(wrong), 0.1);
-  const std::optional<Arrangement> made =
-      untangle(surface.impl(), from.arrangement, from.samples, 0);
+  const std::optional<Arrangement> made = untangled(surface, std::move(wrong));
   ASSERT_TRUE(made);
   EXPECT_EQ(made->regions.size(), regions);
   EXPECT_LE(made->arcs.size(), arcs + 4);
