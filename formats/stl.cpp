@@ -10,6 +10,7 @@
 
 #include "formats/byte_sink.h"
 #include "formats/element_runs.h"
+#include "formats/facet_rows.h"
 #include "formats/float_rows.h"
 #include "formats/registry.h"
 #include "formats/text_number.h"
@@ -20,31 +21,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "binary files are written as memory holds them");
-
-using Vec3f = std::array<float, 3>;
-
-Vec3f to_float(const Vec3& p) {
-  // Adding zero turns -0 into 0: equal positions stay equal to the bit.
-  return {static_cast<float>(p.x()) + 0.0F, static_cast<float>(p.y()) + 0.0F,
-          static_cast<float>(p.z()) + 0.0F};
-}
-
-// Of the exact positions: a triangle that float rounding flattens keeps its direction. Zero for a
-// degenerate one. Written out by coordinates: this is most of what writing binary STL takes.
-inline Vec3 facet_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double ux = b.x() - a.x(), uy = b.y() - a.y(), uz = b.z() - a.z();
-  const double vx = c.x() - a.x(), vy = c.y() - a.y(), vz = c.z() - a.z();
-  const double nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-  const double squared = nx * nx + ny * ny + nz * nz;
-  if (squared >= 1e-280 && squared <= 1e280) {
-    const double scale = 1 / std::sqrt(squared);
-    return {nx * scale, ny * scale, nz * scale};
-  }
-  // Where the squares leave the range of doubles.
-  const double length = std::hypot(nx, ny, nz);
-  if (!(length > 0)) return Vec3::Zero();
-  return {nx / length, ny / length, nz / length};
-}
 
 // 80 bytes that never begin with "solid": the units first, since a long name is cut.
 std::array<char, 80> binary_header(const TriangleMesh& mesh, const WriteOptions& options) {
@@ -81,20 +57,14 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
   if (!sink) return sink.error();
   WrittenMesh written;
   const double limit = static_cast<double>(std::numeric_limits<float>::max());
-  std::vector<Vec3f> rounded(mesh.positions.size());  // every vertex is met about six times
-  constexpr std::size_t kRun = 1024;
-  for (std::size_t first = 0; first < mesh.positions.size(); first += kRun) {
-    const std::span<const Vec3> run =
-        std::span(mesh.positions).subspan(first, std::min(kRun, rounded.size() - first));
-    const FloatRun measured = measure_floats(run, Vec3::Zero(), limit);
+  if (!mesh.positions.empty()) {
+    const FloatRun measured = measure_floats(mesh.positions, Vec3::Zero(), limit);
     if (!measured.within) {
       return Error{
           ErrorCode::kUnsupported, "a coordinate is too large for STL's 32-bit numbers", {}};
     }
-    written.deviation = std::max(written.deviation, measured.moved_squared);
-    put_floats(run, Vec3::Zero(), reinterpret_cast<char*>(rounded.data() + first));
+    written.deviation = std::sqrt(measured.moved_squared);
   }
-  written.deviation = std::sqrt(written.deviation);
 
   std::vector<std::uint16_t> attributes(std::max<std::size_t>(mesh.elements.size(), 1), 0);
   for (std::size_t e = 0; e < mesh.elements.size(); ++e)
@@ -110,25 +80,15 @@ Result<WrittenMesh> stream_binary(const TriangleMesh& mesh, const WriteOptions& 
   out.wrote(at + 4);
   const bool colored =
       std::any_of(attributes.begin(), attributes.end(), [](std::uint16_t a) { return a != 0; });
-  // Facets in blocks: what is asked of the writer, and of the mesh's vectors, is asked once a
-  // block.
   constexpr std::size_t kBlock = 1024;
-  const Vec3* const positions = mesh.positions.data();
-  const Vec3f* const corners = rounded.data();
   for (std::size_t first = 0; first < mesh.triangles.size(); first += kBlock) {
     const std::size_t last = std::min(mesh.triangles.size(), first + kBlock);
-    const std::array<std::uint32_t, 3>* t = mesh.triangles.data() + first;
     at = out.room(kBlock * kStlFacetBytes);
-    for (std::size_t i = first; i < last; ++i, ++t, at += kStlFacetBytes) {
-      const auto [a, b, c] = *t;
-      const Vec3f normal = to_float(facet_normal(positions[a], positions[b], positions[c]));
-      const std::uint16_t attribute = colored ? attributes[element_of(mesh, i)] : std::uint16_t{0};
-      std::memcpy(at, normal.data(), 12);
-      std::memcpy(at + 12, corners[a].data(), 12);
-      std::memcpy(at + 24, corners[b].data(), 12);
-      std::memcpy(at + 36, corners[c].data(), 12);
-      std::memcpy(at + 48, &attribute, 2);
+    put_facets(mesh.positions, std::span(mesh.triangles).subspan(first, last - first), at);
+    for (std::size_t i = first; colored && i < last; ++i) {
+      std::memcpy(at + (i - first + 1) * kStlFacetBytes - 2, &attributes[element_of(mesh, i)], 2);
     }
+    at += (last - first) * kStlFacetBytes;
     out.wrote(at);
     out.passed(last - first);
   }

@@ -12,6 +12,8 @@
 #include <random>
 #include <vector>
 
+#include "formats/facet_rows.h"
+
 namespace {
 
 using namespace diesink;
@@ -128,6 +130,58 @@ TEST(FloatRows, NumbersBecomeShortsAndTellTheirRange) {
       EXPECT_EQ(value, numbers[i] - kBase);
     }
   }
+}
+
+// What one facet at a time gives, by the rules of the header.
+std::vector<char> facets_one_by_one(const std::vector<Vec3>& points,
+                                    const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  std::vector<char> bytes;
+  const auto put = [&bytes](const Vec3& p) {
+    for (int k = 0; k < 3; ++k) {
+      const float f = as_float(p[k]);
+      const char* const from = reinterpret_cast<const char*>(&f);
+      bytes.insert(bytes.end(), from, from + 4);
+    }
+  };
+  for (const auto& t : triangles) {
+    put(facet_normal(points[t[0]], points[t[1]], points[t[2]]));
+    for (const std::uint32_t v : t) put(points[v]);
+    bytes.insert(bytes.end(), 2, 0);
+  }
+  return bytes;
+}
+
+TEST(FacetRows, EveryCountGivesTheBytesOfOneByOne) {
+  std::mt19937_64 random(9);
+  for (std::size_t count = 0; count < 40; ++count) {
+    std::vector<Vec3> points = random_points(30, random);
+    points[3].x() = points[7].y() = -0.0;
+    points[8] = points[9];
+    points[10] = Vec3::Constant(1e-160);  // squares that leave the range of doubles
+    points[11] = Vec3(3e-160, -1e-160, 2e-160);
+    points[12] = Vec3::Zero();
+    points[13] = Vec3(1e30, -3e37, 0);
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto any = [&random] { return static_cast<std::uint32_t>(random() % 30); };
+      triangles.push_back({any(), any(), any()});
+      // The special ones are among blocks of usual ones, at every place of a block.
+      if (i % 11 == 3) triangles.back() = {10, 11, 12};
+      if (i % 11 == 8) triangles.back() = {8, 9, any()};
+    }
+    std::vector<char> bytes(1 + 50 * count + 1, 'x');
+    put_facets(points, triangles, bytes.data() + 1);
+    EXPECT_EQ(bytes.front(), 'x');
+    EXPECT_EQ(bytes.back(), 'x');
+    const std::vector<char> expected = facets_one_by_one(points, triangles);
+    EXPECT_TRUE(std::equal(expected.begin(), expected.end(), bytes.begin() + 1)) << count;
+  }
+}
+
+TEST(FacetRows, ANormalIsOfUnitLengthAndOfTheTurnOfTheCorners) {
+  EXPECT_EQ(facet_normal(Vec3::Zero(), 2 * Vec3::UnitX(), 3 * Vec3::UnitY()), Vec3::UnitZ());
+  EXPECT_EQ(facet_normal(Vec3::Zero(), Vec3::UnitX(), 2 * Vec3::UnitX()), Vec3::Zero());
+  EXPECT_NEAR(facet_normal(Vec3::Zero(), Vec3(1e-160, 0, 0), Vec3(0, 0, 1e-150)).y(), -1, 1e-12);
 }
 
 }  // namespace
