@@ -281,24 +281,11 @@ void set_places(const TriangleMesh& mesh, GltfLayout& layout) {
   }
 }
 
-// Writes `count` values of a kind, block by block: a block on the stack is nobody else's, which
-// lets the compiler take several values at a time.
-template <class Value, class Get>
-void put_values(ByteWriter& out, std::size_t count, Get get) {
-  constexpr std::size_t kBlock = 2048;
-  std::array<Value, kBlock> block;
-  for (std::size_t begin = 0; begin < count; begin += kBlock) {
-    const std::size_t size = std::min(count - begin, kBlock);
-    for (std::size_t i = 0; i < size; ++i) block[i] = get(begin + i);
-    out << std::string_view(reinterpret_cast<const char*>(block.data()), size * sizeof(Value));
-    out.passed(size * sizeof(Value));
-  }
-}
-
-// The same where `put(begin, size, to)` writes a block of them straight into the writer's buffer.
+// Values block by block: `put(begin, size, to)` writes a block of them straight into the writer's
+// buffer.
+constexpr std::size_t kBlock = 2048;
 template <class Value, class Put>
 void put_blocks(ByteWriter& out, std::size_t count, Put put) {
-  constexpr std::size_t kBlock = 2048;
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t size = std::min(count - begin, kBlock);
     char* const to = out.room(size * sizeof(Value));
@@ -306,6 +293,17 @@ void put_blocks(ByteWriter& out, std::size_t count, Put put) {
     out.wrote(to + size * sizeof(Value));
     out.passed(size * sizeof(Value));
   }
+}
+
+// The same one by one: get(i) is a value. A block on the stack is nobody else's, which lets the
+// compiler take several values at a time.
+template <class Value, class Get>
+void put_values(ByteWriter& out, std::size_t count, Get get) {
+  put_blocks<Value>(out, count, [&get](std::size_t begin, std::size_t size, char* to) {
+    std::array<Value, kBlock> block;
+    for (std::size_t i = 0; i < size; ++i) block[i] = get(begin + i);
+    std::memcpy(to, block.data(), size * sizeof(Value));
+  });
 }
 
 void put_padding(ByteWriter& out, std::size_t size) {

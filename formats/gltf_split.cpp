@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -72,7 +73,7 @@ Result<ElementOrder> order_by_element(const TriangleMesh& mesh) {
     return found;
   }
   const bool sorted = std::is_sorted(of.begin(), of.end());
-  const std::uint32_t most = sorted ? of.back() : *std::max_element(of.begin(), of.end());
+  const std::uint32_t most = sorted ? of.back() : range_of(of)[1];
   if (most >= element_count) {
     return wrong("a triangle belongs to element " + std::to_string(most) + " of " +
                  std::to_string(mesh.elements.size()));
@@ -85,13 +86,25 @@ Result<ElementOrder> order_by_element(const TriangleMesh& mesh) {
     }
     return found;
   }
-  for (const std::uint32_t element : of) ++found.first[element + 1];
+  // An element's triangles mostly follow one another: run by run.
+  const auto for_runs = [&of](auto use) {
+    for (std::size_t begin = 0, end = 0; begin < of.size(); begin = end) {
+      const std::uint32_t element = of[begin];
+      while (end < of.size() && of[end] == element) ++end;
+      use(element, begin, end);
+    }
+  };
+  for_runs([&](std::uint32_t element, std::size_t begin, std::size_t end) {
+    found.first[element + 1] += end - begin;
+  });
   for (std::size_t e = 0; e < element_count; ++e) found.first[e + 1] += found.first[e];
   std::vector<std::size_t> next = found.first;
   found.order.resize(of.size());
-  for (std::size_t t = 0; t < of.size(); ++t) {
-    found.order[next[of[t]]++] = static_cast<std::uint32_t>(t);
-  }
+  for_runs([&](std::uint32_t element, std::size_t begin, std::size_t end) {
+    std::uint32_t* const to = found.order.data() + next[element];
+    std::iota(to, to + (end - begin), static_cast<std::uint32_t>(begin));
+    next[element] += end - begin;
+  });
   return found;
 }
 
@@ -106,35 +119,83 @@ class CornerTable {
     more_.clear();
   }
 
-  // The vertex of this corner; `fresh` where there was none.
+  // The vertex of this corner; `fresh` where there was none. Whether there was cannot be foretold
+  // and is no branch; that a position has another normal already is rare.
   std::uint32_t vertex(std::uint32_t position, std::uint32_t normal, std::uint32_t fresh) {
-    Head& head = heads_[position];
-    if (head.after <= first_) {
-      if (head.after == 0) ++used_;
-      head = {normal, fresh + 1, kEnd};
-      return fresh;
-    }
-    if (head.normal == normal) return head.after - 1;
-    for (std::uint32_t at = head.more; at != kEnd; at = more_[at].more) {
-      if (more_[at].normal == normal) return more_[at].after - 1;
-    }
-    more_.push_back({normal, fresh + 1, head.more});
-    head.more = static_cast<std::uint32_t>(more_.size() - 1);
-    return fresh;
+    const std::uint64_t was = heads_[position];
+    const std::uint64_t made = std::uint64_t{normal} << 32 | (fresh + 1);
+    const std::uint64_t is = static_cast<std::uint32_t>(was) <= first_ ? made : was;
+    heads_[position] = is;
+    used_ += was == 0 ? 1 : 0;
+    if (is >> 32 == normal) [[likely]]
+      return static_cast<std::uint32_t>(is) - 1;
+    return further(position, normal, fresh);
   }
 
   [[nodiscard]] std::size_t used() const { return used_; }  // positions that got a vertex at all
 
  private:
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
-  struct Head {
-    std::uint32_t normal = 0, after = 0, more = kEnd;  // `after`: the vertex and one
+  struct More {
+    std::uint32_t position, normal, vertex, next;
   };
-  std::vector<Head> heads_;
-  std::vector<Head> more_;  // further normals at a position, chained
+
+  // Among the further normals of a position. The last of a position's chain is believed only where
+  // it says so itself, so that nothing need be cleared.
+  std::uint32_t further(std::uint32_t position, std::uint32_t normal, std::uint32_t fresh) {
+    if (last_.empty()) last_.resize(heads_.size());
+    const std::uint32_t last = last_[position];
+    const bool chained = last < more_.size() && more_[last].position == position;
+    for (std::uint32_t at = chained ? last : kEnd; at != kEnd; at = more_[at].next) {
+      if (more_[at].normal == normal) return more_[at].vertex;
+    }
+    last_[position] = static_cast<std::uint32_t>(more_.size());
+    more_.push_back({position, normal, fresh, chained ? last : kEnd});
+    return fresh;
+  }
+
+  std::vector<std::uint64_t> heads_;  // the first normal of a position, and its vertex and one
+  std::vector<std::uint32_t> last_;   // of a position's further normals; none: no position has any
+  std::vector<More> more_;
   std::uint32_t first_ = 0;
   std::size_t used_ = 0;
 };
+
+// The triangles of a primitive in vertices of its own, which follow those there are.
+template <bool kNormals, bool kOrdered>
+std::uint32_t split_corners(const TriangleMesh& mesh, const std::vector<std::uint32_t>& order,
+                            std::size_t first, std::size_t last, std::uint32_t first_vertex,
+                            CornerTable& made, SplitMesh& split, Triangle* to) {
+  CornerTable table = std::move(made);  // nobody else's, which keeps its parts in registers
+  std::uint32_t fresh = first_vertex;
+  constexpr std::size_t kBlock = 4096;
+  for (std::size_t begin = first; begin < last; begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, last);
+    // Room for a vertex a corner: each is written where the next one goes, new or not.
+    const std::size_t room = fresh + 3 * (end - begin) + 1;
+    if (split.position.size() < room) split.position.resize(room);
+    if (kNormals && split.normal.size() < room) split.normal.resize(room);
+    std::uint32_t* const position_of = split.position.data();
+    std::uint32_t* const normal_of = split.normal.data();
+    const Triangle* const triangles = mesh.triangles.data();
+    const Triangle* const normals = mesh.corner_normals.data();
+    const std::uint32_t* const ordered = order.data();
+    for (std::size_t i = begin; i < end; ++i, ++to) {
+      const std::size_t t = kOrdered ? ordered[i] : i;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t position = triangles[t][k];
+        const std::uint32_t normal = kNormals ? normals[t][k] : 0;
+        const std::uint32_t vertex = table.vertex(position, normal, fresh);
+        (*to)[k] = vertex - first_vertex;
+        position_of[fresh] = position;
+        if (kNormals) normal_of[fresh] = normal;
+        fresh += vertex == fresh ? 1 : 0;
+      }
+    }
+  }
+  made = std::move(table);
+  return fresh;
+}
 
 // Whether the triangles use a run of positions, every one of it, and their corners' normals have
 // the positions' numbers: then nothing needs numbers of its own.
@@ -219,6 +280,7 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
     if (Status found = check_indices(0, triangle_count); !found) return found.error();
   }
   std::optional<CornerTable> table;
+  std::uint32_t next_vertex = 0;
   for (std::size_t e = 0; e < element_count; ++e) {
     if (first[e] == first[e + 1]) continue;
     SplitPrimitive primitive;
@@ -242,29 +304,24 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
       split.position.reserve(mesh.positions.size() + mesh.positions.size() / 8);
       if (with_normals) split.normal.reserve(split.position.capacity());
     }
-    primitive.first_vertex = static_cast<std::uint32_t>(split.position.size());
+    primitive.first_vertex = next_vertex;
     primitive.first_triangle = split.triangles.size();
     if (split.triangles.empty()) split.triangles.reserve(triangle_count - first[e]);
     split.triangles.resize(split.triangles.size() + primitive.triangle_count);
     table->next_primitive(primitive.first_vertex);
-    std::uint32_t fresh = primitive.first_vertex;
-    Triangle* to = split.triangles.data() + primitive.first_triangle;
-    for (std::size_t i = first[e]; i < first[e + 1]; ++i, ++to) {
-      const std::size_t t = order.empty() ? i : order[i];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t position = mesh.triangles[t][k];
-        const std::uint32_t normal = with_normals ? mesh.corner_normals[t][k] : 0;
-        const std::uint32_t vertex = table->vertex(position, normal, fresh);
-        (*to)[k] = vertex - primitive.first_vertex;
-        if (vertex != fresh) continue;
-        ++fresh;
-        split.position.push_back(position);
-        if (with_normals) split.normal.push_back(normal);
-      }
-    }
+    const auto corners =
+        with_normals    ? order.empty() ? split_corners<true, false> : split_corners<true, true>
+           : order.empty() ? split_corners<false, false>
+                        : split_corners<false, true>;
+    const std::uint32_t fresh =
+        corners(mesh, order, first[e], first[e + 1], primitive.first_vertex, *table, split,
+                split.triangles.data() + primitive.first_triangle);
+    next_vertex = fresh;
     primitive.vertex_count = fresh - primitive.first_vertex;
     split.primitives.push_back(primitive);
   }
+  split.position.resize(next_vertex);
+  if (with_normals) split.normal.resize(next_vertex);
   if (table) split.used_positions = table->used();
   return split;
 }

@@ -23,27 +23,42 @@ static_assert(std::endian::native == std::endian::little,
 // several, that one is their mean (so that vertices stay shared and the mesh closed), and the exact
 // ones follow in an element of their own.
 struct NormalPlan {
-  std::vector<Vec3> of_vertex;  // empty: no normals
+  std::vector<Vec3> made;  // a normal a vertex, where they are not the mesh's own one by one
+  const Vec3* of_vertex = nullptr;  // null: no normals
   bool split = false;
 };
+
+// A vertex of no triangle has no normal to write but zero.
+bool uses_every_position(const TriangleMesh& mesh) {
+  std::vector<std::uint8_t> used(mesh.positions.size(), 0);
+  std::uint8_t* const at = used.data();
+  for (const auto& [a, b, c] : mesh.triangles) at[a] = at[b] = at[c] = 1;
+  return std::memchr(at, 0, used.size()) == nullptr;
+}
 
 NormalPlan plan_normals(const TriangleMesh& mesh, const WriteOptions& options) {
   NormalPlan plan;
   if (!options.normals || mesh.corner_normals.empty()) return plan;
+  if (mesh.normals.size() == mesh.positions.size() && mesh.corner_normals == mesh.triangles &&
+      uses_every_position(mesh)) {
+    plan.of_vertex = mesh.normals.data();
+    return plan;
+  }
   constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::vector<std::uint32_t> first(mesh.positions.size(), kNone);
-  plan.of_vertex.assign(mesh.positions.size(), Vec3::Zero());
+  plan.made.assign(mesh.positions.size(), Vec3::Zero());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t v = mesh.triangles[t][corner], n = mesh.corner_normals[t][corner];
       if (first[v] == kNone) {
         first[v] = n;
-        plan.of_vertex[v] = mesh.normals[n];
+        plan.made[v] = mesh.normals[n];
       } else if (first[v] != n) {
         plan.split = true;
       }
     }
   }
+  plan.of_vertex = plan.made.data();
   if (!plan.split) return plan;
   std::vector<Vec3> sum(mesh.positions.size(), Vec3::Zero());
   std::vector<bool> several(mesh.positions.size(), false);
@@ -57,7 +72,7 @@ NormalPlan plan_normals(const TriangleMesh& mesh, const WriteOptions& options) {
   for (std::size_t v = 0; v < sum.size(); ++v) {
     const double length = sum[v].norm();
     // Opposite normals leave the first one standing.
-    if (several[v] && length > 1e-9) plan.of_vertex[v] = sum[v] / length;
+    if (several[v] && length > 1e-9) plan.made[v] = sum[v] / length;
   }
   return plan;
 }
@@ -146,7 +161,7 @@ void write_header(const TriangleMesh& mesh, const WriteOptions& options, const N
   }
   out << "element vertex " << std::uint64_t{mesh.positions.size()}
       << "\nproperty double x\nproperty double y\nproperty double z\n";
-  if (!normals.of_vertex.empty())
+  if (normals.of_vertex != nullptr)
     out << "property double nx\nproperty double ny\nproperty double nz\n";
   if (!mesh.vertex_colors.empty()) {
     out << "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
@@ -167,12 +182,88 @@ void write_header(const TriangleMesh& mesh, const WriteOptions& options, const N
   out << "end_header\n";
 }
 
+// Packed rows of `width` bytes, in blocks: put(begin, end, to) writes those of a block.
+template <class Put>
+void put_blocks(ByteWriter& out, std::size_t count, std::size_t width, Put put) {
+  constexpr std::size_t kBlock = 1024;
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t end = std::min(count, begin + kBlock);
+    char* const to = out.room((end - begin) * width);
+    put(begin, end, to);
+    out.wrote(to + (end - begin) * width);
+    out.passed(end - begin);
+  }
+}
+
+char* put_packed(char* to, const Vec3& v) {
+  for (int i = 0; i < 3; ++i, to += sizeof(double)) {
+    const double value = v[i] + 0.0;  // -0 becomes 0
+    std::memcpy(to, &value, sizeof value);
+  }
+  return to;
+}
+
+void write_vertices(const TriangleMesh& mesh, bool ascii, const NormalPlan& normals,
+                    ByteWriter& out) {
+  const bool colored = !mesh.vertex_colors.empty();
+  if (!ascii) {
+    const Vec3* const positions = mesh.positions.data();
+    const Vec3* const normal = normals.of_vertex;
+    const std::size_t width = sizeof(Vec3) * (normal == nullptr ? 1 : 2) + (colored ? 4 : 0);
+    put_blocks(out, mesh.positions.size(), width,
+               [=, &mesh](std::size_t begin, std::size_t end, char* to) {
+                 for (std::size_t v = begin; v < end; ++v) {
+                   to = put_packed(to, positions[v]);
+                   if (normal != nullptr) to = put_packed(to, normal[v]);
+                   if (!colored) continue;
+                   std::memcpy(to, mesh.vertex_colors[v].data(), 4);
+                   to += 4;
+                 }
+               });
+    return;
+  }
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    Row row(out, ascii);
+    for (int i = 0; i < 3; ++i) row.real(mesh.positions[v][i]);
+    if (normals.of_vertex != nullptr) {
+      for (int i = 0; i < 3; ++i) row.real(normals.of_vertex[v][i]);
+    }
+    if (colored) {
+      for (const std::uint8_t part : mesh.vertex_colors[v]) row.small(part);
+    }
+    row.end();
+  }
+}
+
 void write_faces(const TriangleMesh& mesh, bool ascii, bool split, ByteWriter& out) {
+  const bool named = !mesh.elements.empty();
+  if (!ascii) {
+    const std::size_t width = 13 + (named ? 4 : 0) + (split ? 12 : 0);
+    const auto* const triangles = mesh.triangles.data();
+    const auto* const normals = mesh.corner_normals.data();
+    put_blocks(out, mesh.triangles.size(), width,
+               [=, &mesh](std::size_t begin, std::size_t end, char* to) {
+                 for (std::size_t t = begin; t < end; ++t) {
+                   *to = 3;
+                   std::memcpy(to + 1, &triangles[t], 12);
+                   to += 13;
+                   if (named) {
+                     const std::uint32_t element = element_of(mesh, t);
+                     std::memcpy(to, &element, 4);
+                     to += 4;
+                   }
+                   if (!split) continue;
+                   std::memcpy(to, &normals[t], 12);
+                   to += 12;
+                 }
+               });
+    return;
+  }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     Row row(out, ascii);
     row.small(3);
     for (const std::uint32_t v : mesh.triangles[t]) row.integer(static_cast<std::int32_t>(v));
-    if (!mesh.elements.empty()) row.integer(static_cast<std::int32_t>(element_of(mesh, t)));
+    if (named) row.integer(static_cast<std::int32_t>(element_of(mesh, t)));
     if (split) {
       for (const std::uint32_t n : mesh.corner_normals[t])
         row.integer(static_cast<std::int32_t>(n));
@@ -194,17 +285,7 @@ Result<WrittenMesh> stream_ply(const TriangleMesh& mesh, const WriteOptions& opt
   write_header(mesh, options, normals, edges.size(), out);
   out.expect(mesh.positions.size() + mesh.triangles.size() +
              (normals.split ? mesh.normals.size() : 0) + edges.size());
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    Row row(out, options.ascii);
-    for (int i = 0; i < 3; ++i) row.real(mesh.positions[v][i]);
-    if (!normals.of_vertex.empty()) {
-      for (int i = 0; i < 3; ++i) row.real(normals.of_vertex[v][i]);
-    }
-    if (!mesh.vertex_colors.empty()) {
-      for (const std::uint8_t part : mesh.vertex_colors[v]) row.small(part);
-    }
-    row.end();
-  }
+  write_vertices(mesh, options.ascii, normals, out);
   write_faces(mesh, options.ascii, normals.split, out);
   if (normals.split) {
     for (const Vec3& n : mesh.normals) {

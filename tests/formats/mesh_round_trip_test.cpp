@@ -279,4 +279,30 @@ TEST(MeshRoundTrip, ALargeObjIsTheSameForAnyNumberOfThreads) {
 }
 
 }  // namespace
+// Normals numbered as the vertices are take a shorter way to the file than others.
+TEST(MeshRoundTrip, HowNormalsAreNumberedDoesNotMatter) {
+  for (const bool with_loose_vertex : {false, true}) {
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {2, 0, -0.0}, {2, 1, 0.5}, {0, 1, 0.5}};
+    mesh.normals = {{0, 0, 1}, {0, 0.6, 0.8}, {0.6, -0.0, 0.8}, {1, 0, 0}};
+    if (with_loose_vertex) {
+      mesh.positions.emplace_back(7, 7, 7);
+      mesh.normals.emplace_back(0, 1, 0);
+    }
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    mesh.corner_normals = mesh.triangles;
+    TriangleMesh reversed = mesh;
+    std::reverse(reversed.normals.begin(), reversed.normals.end());
+    for (auto& corners : reversed.corner_normals) {
+      for (std::uint32_t& n : corners) n = static_cast<std::uint32_t>(mesh.normals.size()) - 1 - n;
+    }
+    for (const Format* const format : {&kPly, &kGlb}) {
+      const auto as_numbered = format->write(mesh, {}), other = format->write(reversed, {});
+      ASSERT_TRUE(as_numbered && other);
+      if (format == &kGlb && with_loose_vertex) continue;  // its vertices are those of triangles
+      EXPECT_EQ(as_numbered->files[0].bytes, other->files[0].bytes) << format->id;
+    }
+  }
+}
+
 }  // namespace diesink
