@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/machining/interference.h"
+#include "core/machining/move_bins.h"
 #include "core/machining/passed_move.h"
 #include "core/parallel.h"
 
@@ -14,14 +15,12 @@ namespace diesink {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMovesATime = 8192;
+constexpr std::size_t kMovesATime = 32768;
 constexpr double kLeastCosine = 0.05;  // of normals, where a height is divided by it
 // A run goes on over so many columns.
 constexpr std::size_t kGap = 4;
 // Of the limit, what the mesh may lie beside the surface where the lattice knows that.
 constexpr double kMeshPart = 0.15;
-// Of the points between the lattice's, one in so many is tried from beside.
-constexpr std::size_t kBesideStep = 3;
 // Ways from a point in which a cutter is tried beside it.
 constexpr std::size_t kHeadings = 24;
 
@@ -31,6 +30,26 @@ double depth_in(const CutterShape& cutter, double rho, double height) {
   const double side = rho - cutter.flat(), under = cutter.corner() - height;
   if (side <= 0 || under <= 0) return cutter.corner() - std::max(side, under);
   return cutter.corner() - std::sqrt(side * side + under * under);
+}
+
+// How high over the tip a point must lie to be deeper in the cutter; infinity where none is.
+double height_of_depth(const CutterShape& cutter, double rho, double depth) {
+  const double side = rho - cutter.flat(), inner = cutter.corner() - depth;
+  if (side <= 0) return depth;
+  if (side >= inner) return kInfinity;
+  return cutter.corner() - std::sqrt(inner * inner - side * side);
+}
+
+const Vec2& heading_of(std::size_t heading) {
+  static const std::array<Vec2, kHeadings> headings = [] {
+    std::array<Vec2, kHeadings> out;
+    for (std::size_t h = 0; h < kHeadings; ++h) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(h) / kHeadings;
+      out[h] = Vec2(std::cos(angle), std::sin(angle));
+    }
+    return out;
+  }();
+  return headings[heading];
 }
 
 }  // namespace
@@ -51,6 +70,9 @@ void LeftOver::flush() {
   moves.reserve(waiting_.size());
   for (const Move& move : waiting_) moves.emplace_back(move.from, move.to);
   waiting_.clear();
+  // A tip that leaves no more than `call` on level ground is no further off than this.
+  const MoveBins bins(moves, reach_,
+                      std::clamp(std::sqrt(2 * cutter_.corner() * limits_.call), step_, R / 2));
   const std::size_t blocks = (rows_ + kTile - 1) / kTile;
   parallel_blocks(blocks, 1, threads_, [&](std::size_t begin, std::size_t end, int) {
     std::vector<PassedMove> near;
@@ -63,14 +85,16 @@ void LeftOver::flush() {
       const auto off = [&](const PassedMove& m) { return std::fabs(m.y0 + m.y1 - low - high); };
       std::stable_sort(near.begin(), near.end(),
                        [&](const PassedMove& p, const PassedMove& q) { return off(p) < off(q); });
-      cut_block(block, near);
+      cut_block(block, near, bins);
     }
   });
 }
 
-void LeftOver::cut_block(std::size_t block, std::span<const PassedMove> moves) {
+void LeftOver::cut_block(std::size_t block, std::span<const PassedMove> moves,
+                         const MoveBins& bins) {
   const double R = cutter_.radius();
   const std::size_t j0 = block * kTile, j1 = std::min(j0 + kTile, rows_ - 1);
+  std::vector<OpenTile> tiles(tiles_);
   for (const PassedMove& move : moves) {
     const auto [xa, xb] = move.over(y(j0) - R, y(j1) + R);
     if (xb + R < x0_ || xa - R > x(columns_ - 1)) continue;
@@ -85,43 +109,154 @@ void LeftOver::cut_block(std::size_t block, std::span<const PassedMove> moves) {
       const PlanBox box{x(t * kTile), x(std::min(t * kTile + kTile, columns_ - 1)), y(j0), y(j1)};
       const double gap = move.gap(box);
       if (gap > R || move.low + cutter_.height(gap) >= top) continue;
-      cut_tile(block, t, move);
-      top = highest(block, t);
+      OpenTile& tile = tiles[t];
+      if (!tile.taken) take_open(block, t, bins, tile);
+      top = cut_tile(tile, move);
     }
   }
-}
-
-void LeftOver::cut_tile(std::size_t block, std::size_t tile, const PassedMove& move) {
-  const double R = cutter_.radius();
-  const std::size_t i0 = tile * kTile, i1 = std::min(i0 + kTile, columns_);
-  for (std::size_t j = block * kTile, end = std::min(j + kTile, rows_); j < end; ++j) {
-    if (y(j) >= move.y0 - R && y(j) <= move.y1 + R) {
-      for (std::size_t i = i0; i < i1; ++i) {
-        move.lower(cutter_, {x(i), y(j)}, lattice_.left[j * columns_ + i]);
+  for (const OpenTile& tile : tiles) {
+    for (const OpenPart& part : tile.parts) {
+      for (std::size_t k = part.begin; k < part.end; ++k) {
+        *tile.points[k].kept = tile.points[k].left;
       }
     }
-    if (j + 1 == rows_) continue;
-    const auto [first, last] = between_of(j, tile);
-    for (std::size_t k = first; k < last; ++k) {
-      move.lower(cutter_, at_between(k), between_.left[k]);
+  }
+}
+
+void LeftOver::take_open(std::size_t block, std::size_t t, const MoveBins& bins, OpenTile& tile) {
+  tile.taken = true;
+  Between& between = between_[block * tiles_ + t];
+  const std::size_t i0 = t * kTile, i1 = std::min(i0 + kTile, columns_);
+  const auto add = [&](Points& points, std::size_t k, const Vec2& at) {
+    const double done = points.z[k] + static_cast<double>(points.most[k]);
+    if (!(points.left[k] > done) || points.fit[k] == Fit::kDone) return;
+    const MoveBins::Nearest near = bins.nearest(tip(points, k, at).head<2>());
+    for (int m = 0; m < near.count; ++m) {
+      const double rho2 = (near.tip[m].head<2>() - at).squaredNorm();
+      if (rho2 > cutter_.radius() * cutter_.radius()) continue;
+      const double left = near.tip[m].z() + cutter_.height(std::sqrt(rho2));
+      if (!(left < points.left[k])) continue;
+      points.left[k] = left;
+      if (left <= done) return;
+    }
+    tile.points.push_back({at, points.left[k], done, &points.left[k]});
+  };
+  for (std::size_t j = block * kTile, end = std::min(j + kTile, rows_ - 1); j < end; ++j) {
+    for (std::size_t i = i0; i < std::min(i1, columns_ - 1); ++i) {
+      Cell& cell = cells_[j * columns_ + i];
+      // Where the corners alone are asked, every other cell of every other row has them all.
+      if (!cell.open && (i % 2 != 0 || j % 2 != 0)) continue;
+      const bool whole = cell.smooth && cover(i, j, bins);
+      if (cell.open && !whole) add_between(i, j);
+      cell.open = false;
+    }
+  }
+  const std::size_t j0 = block * kTile, j1 = std::min(j0 + kTile, rows_);
+  for (std::size_t b = j0; b < j1; b += kPart) {
+    for (std::size_t a = i0; a < i1; a += kPart) {
+      OpenPart part{
+          {x(a), x(std::min(a + kPart, columns_ - 1)), y(b), y(std::min(b + kPart, rows_ - 1))},
+          tile.points.size(),
+          0,
+          -kInfinity};
+      for (std::size_t j = b; j < std::min(b + kPart, j1); ++j) {
+        for (std::size_t i = a; i < std::min(a + kPart, i1); ++i) {
+          add(lattice_, j * columns_ + i, {x(i), y(j)});
+          if (between.begin.empty()) continue;
+          const std::size_t k = between.begin[(j - j0) * kTile + i - i0];
+          if (k == kNone) continue;
+          const Cell& cell = cells_[j * columns_ + i];
+          for (std::size_t p = k; p < k + std::size_t{cell.nx} * cell.ny; ++p) {
+            add(between, p, {between.x[p], between.y[p]});
+          }
+        }
+      }
+      part.end = tile.points.size();
+      for (std::size_t p = part.begin; p < part.end; ++p) {
+        part.top = std::max(part.top, tile.points[p].left);
+      }
+      if (part.end > part.begin) tile.parts.push_back(part);
     }
   }
 }
 
-double LeftOver::highest(std::size_t block, std::size_t tile) const {
-  double most = -kInfinity;
-  const std::size_t i0 = tile * kTile, i1 = std::min(i0 + kTile, columns_);
-  for (std::size_t j = block * kTile, end = std::min(j + kTile, rows_); j < end; ++j) {
-    for (std::size_t i = i0; i < i1; ++i) most = std::max(most, lattice_.left[j * columns_ + i]);
-    if (j + 1 == rows_) continue;
-    const auto [first, last] = between_of(j, tile);
-    for (std::size_t k = first; k < last; ++k) most = std::max(most, between_.left[k]);
+bool LeftOver::cover(std::size_t i, std::size_t j, const MoveBins& bins) {
+  const std::size_t k = j * columns_ + i;
+  const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
+  double most = kInfinity;
+  std::array<Vec2, 4> slope;
+  Vec3 n = Vec3::Zero();
+  bool open = false;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const std::size_t at = corner[c];
+    if (std::isnan(lattice_.z[at])) return false;
+    open = open || lattice_.left[at] > lattice_.z[at] + static_cast<double>(lattice_.most[at]);
+    const Vec3 normal(static_cast<double>(lattice_.nx[at]), static_cast<double>(lattice_.ny[at]),
+                      static_cast<double>(lattice_.nz[at]));
+    most = std::min(most, static_cast<double>(lattice_.most[at]));
+    slope[c] = normal.head<2>() / std::max(normal.z(), kLeastCosine);
+    n += normal;
   }
-  return most;
+  if (!open && !cells_[k].open) return true;
+  // The surface lies under the plane through three corners by no more than where it turns at once
+  // from one corner's slope to another's.
+  double turn = 0;
+  for (std::size_t c = 1; c < 4; ++c) {
+    for (std::size_t d = 0; d < c; ++d) turn = std::max(turn, (slope[c] - slope[d]).squaredNorm());
+  }
+  most -= std::sqrt(turn * (dx_ * dx_ + dy_ * dy_)) / 4;
+  const double R = cutter_.radius();
+  n.normalize();
+  const MoveBins::Nearest near =
+      bins.nearest(tip_of(offset_->cutter(), {{x(i) + dx_ / 2, y(j) + dy_ / 2, 0}, n}).head<2>());
+  for (int m = 0; m < near.count; ++m) {
+    std::array<double, 4> left;
+    bool all = true;
+    for (std::size_t c = 0; c < 4 && all; ++c) {
+      const double rho2 = (near.tip[m].head<2>() - at_lattice(corner[c])).squaredNorm();
+      left[c] = near.tip[m].z() + cutter_.height(std::sqrt(rho2));
+      all = rho2 <= R * R && left[c] <= lattice_.z[corner[c]] + most;
+    }
+    if (!all) continue;
+    // Those of the row behind may be another thread's.
+    const std::size_t own = (j + 1) % kTile == 0 ? 2 : 4;
+    for (std::size_t c = 0; c < own; ++c) {
+      lattice_.left[corner[c]] = std::min(lattice_.left[corner[c]], left[c]);
+    }
+    return true;
+  }
+  return false;
+}
+
+double LeftOver::cut_tile(OpenTile& tile, const PassedMove& move) {
+  const double R = cutter_.radius();
+  double highest = -kInfinity;
+  for (OpenPart& part : tile.parts) {
+    if (part.begin == part.end) continue;
+    const auto lower = [&] {
+      if (move.low >= part.top) return;
+      const double gap = move.gap(part.box);
+      if (gap > R || move.low_near(part.box, R) + cutter_.height(gap) >= part.top) return;
+      part.top = -kInfinity;
+      for (std::size_t k = part.begin; k < part.end;) {
+        OpenPoint& point = tile.points[k];
+        move.lower(cutter_, point.at, point.left);
+        if (point.left > point.done) {
+          part.top = std::max(part.top, point.left);
+          ++k;
+        } else {
+          *point.kept = point.left;
+          point = tile.points[--part.end];
+        }
+      }
+    };
+    lower();
+    highest = std::max(highest, part.top);
+  }
+  return highest;
 }
 
 double LeftOver::stays(const Points& points, std::size_t k, const Vec2& at) const {
-  if (std::isnan(points.z[k])) return 0;
   if (points.left[k] == kInfinity) return kInfinity;  // never cut, whatever the normal
   const double above = points.left[k] - points.z[k], nz = static_cast<double>(points.nz[k]);
   const double on_plane = above * nz;
@@ -173,6 +308,17 @@ Vec3 LeftOver::tip(const Points& points, std::size_t k, const Vec2& at) const {
   return tip;
 }
 
+bool LeftOver::kept_above_all_round(const Vec2& at, double tip) const {
+  std::size_t k = 0;
+  for (const double part : {0.5, 0.9}) {
+    for (std::size_t heading = 0; heading < kHeadings; heading += 2) {
+      const Vec2 point = at + part * offset_->cutter().radius() * heading_of(heading);
+      if (keeps_above(at, tip, point, k)) return true;
+    }
+  }
+  return false;
+}
+
 bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
   if (points.fit[k] == Fit::kUnknown) {
     const Vec3 at = tip(points, k, over);
@@ -182,6 +328,7 @@ bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
     const double allowed = at.z() + limits_.fits / nz;
     bool yes = at.y() >= domain_.low() && at.y() <= domain_.high() && at.x() >= inside.x0 - hair_ &&
                at.x() <= inside.x1 + hair_;
+    if (yes && kept_above_all_round(at.head<2>(), allowed)) yes = false;
     if (yes) {
       // Beside a wall over a hole the cutter may pass the mesh by and meet nothing.
       const double z = drop_->at(at.x(), at.y(), std::nextafter(allowed, kInfinity));
@@ -192,28 +339,29 @@ bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
   return points.fit[k] == Fit::kYes || points.fit[k] == Fit::kCut;
 }
 
-bool LeftOver::may_hold(const Vec2& at, double rho, double top, double least) const {
-  const CutterShape& cutter = offset_->cutter();
-  const double grown = cutter.corner() - cutter_.corner();
-  const double hair = kMeshPart * limits_.limit;
+bool LeftOver::keeps_above(const Vec2& at, double tip, const Vec2& point, std::size_t& k) const {
   const auto nearest = [](double v, std::size_t count) {
     return static_cast<std::size_t>(std::clamp(v + 0.5, 0.0, static_cast<double>(count - 1)));
   };
-  const auto look = [&](const Vec2& p, std::size_t& k) {
-    const std::size_t i = nearest((p.x() - x0_) / dx_, columns_);
-    const std::size_t j = nearest((p.y() - y0_) / dy_, rows_);
-    k = j * columns_ + i;
-    const double off2 = (Vec2(x(i), y(j)) - at).squaredNorm();
-    if (std::isnan(lattice_.z[k]) || off2 > cutter.radius() * cutter.radius()) return true;
-    const double tip = lattice_.z[k] - cutter.height(std::sqrt(off2)) - hair;
-    return depth_in(cutter_, rho, top - tip - grown) > least;
-  };
+  const std::size_t i = nearest((point.x() - x0_) * per_x_, columns_);
+  const std::size_t j = nearest((point.y() - y0_) * per_y_, rows_);
+  k = j * columns_ + i;
+  // The mesh may lie beside the surface.
+  const double high = lattice_.z[k] - kMeshPart * limits_.limit - tip;
+  if (!(high >= 0)) return false;
+  const CutterShape& cutter = offset_->cutter();
+  const double off2 = (Vec2(x(i), y(j)) - at).squaredNorm();
+  return off2 <= cutter.radius() * cutter.radius() && high >= cutter.height(std::sqrt(off2));
+}
+
+bool LeftOver::kept_above(const Vec2& at, double tip) const {
   std::size_t k = 0;
-  if (!look(at, k)) return false;
-  // Where the cutter would touch the surface's plane here.
+  if (keeps_above(at, tip, at, k)) return true;
   const Vec2 n(static_cast<double>(lattice_.nx[k]), static_cast<double>(lattice_.ny[k]));
   const double flat = n.norm();
-  return !(flat > 0) || look(at - (cutter.corner() + cutter.flat() / flat) * n, k);
+  if (!(flat > 0)) return false;
+  const CutterShape& cutter = offset_->cutter();
+  return keeps_above(at, tip, at - (cutter.corner() + cutter.flat() / flat) * n, k);
 }
 
 bool LeftOver::in_domain(const Vec2& at) const {
@@ -237,7 +385,10 @@ bool LeftOver::falls_off(const Points& points, std::size_t k, const Vec2& over) 
   for (std::size_t b = j - std::min<std::size_t>(j, 1); b <= std::min(j + 1, rows_ - 1); ++b) {
     for (std::size_t a = i - std::min<std::size_t>(i, 1); a <= std::min(i + 1, columns_ - 1); ++a) {
       const std::size_t at = b * columns_ + a;
-      if (lattice_.left[at] < down && !std::isnan(lattice_.z[at])) return true;
+      // What needs no more cutting may have been cut down to the surface.
+      const bool done =
+          !(lattice_.left[at] - lattice_.z[at] > static_cast<double>(lattice_.most[at]));
+      if ((done ? lattice_.z[at] : lattice_.left[at]) < down) return true;
     }
   }
   return false;
@@ -250,23 +401,19 @@ LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over
   // All that stands over the point, deep in a slot as well; where nothing was cut, a radius of it.
   const double top = points.left[k] < kInfinity ? points.left[k] : points.z[k] + R;
   const double grown = offset_->cutter().corner() - cutter_.corner();
-  static const std::array<Vec2, kHeadings> headings = [] {
-    std::array<Vec2, kHeadings> out;
-    for (std::size_t h = 0; h < kHeadings; ++h) {
-      const double angle = 2 * std::numbers::pi * static_cast<double>(h) / kHeadings;
-      out[h] = Vec2(std::cos(angle), std::sin(angle));
-    }
-    return out;
-  }();
+  // The cutter comes over the point only from as near as its radius.
+  const bool inside = in_domain(over + Vec2(-R, -R)) && in_domain(over + Vec2(R, -R)) &&
+                      in_domain(over + Vec2(-R, R)) && in_domain(over + Vec2(R, R));
   bool found = false;
   // Deep in the cutter first: what is cut far from its rim needs the fewest runs.
   for (double depth = R / 2; !found; depth = std::max(depth / 2, limits_.call)) {
     const double rho = R - std::max(depth, limits_.call);
+    const double enough = top - grown - height_of_depth(cutter_, rho, best.height);
     for (std::size_t heading = 0; heading < kHeadings; ++heading) {
-      const Vec2 at = over + rho * headings[heading];
-      if (!in_domain(at)) continue;
+      const Vec2 at = over + rho * heading_of(heading);
+      if (!inside && !in_domain(at)) continue;
       // Most often the part itself keeps a cutter from it.
-      if (!may_hold(at, rho, top, best.height)) continue;
+      if (kept_above(at, enough)) continue;
       const double z = drop_->at(at.x(), at.y(), top - best.height);
       if (z == kNoContact) continue;
       const double held = depth_in(cutter_, rho, top - z - grown);
@@ -285,13 +432,16 @@ LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over,
   const Place none{0, Vec3::Zero()};
   // The quick answers first: what stays is no more than what stands straight up, and the distance
   // to the surface beside walls takes longest.
-  if (std::isnan(points.z[k]) || !(points.left[k] - points.z[k] > least)) return none;
+  const double above = points.left[k] - points.z[k];
+  if (!(above > std::max(least, static_cast<double>(points.most[k])))) return none;
+  if (points.fit[k] == Fit::kDone) return none;
   if (!fits(points, k, over)) {
-    const bool tried = &points != &between_ || k % kBesideStep == 0;
+    const bool tried = k % points.beside_step == 0;
     if (!tried || points.fit[k] == Fit::kNowhere || !falls_off(points, k, over)) return none;
     return stays(points, k, over) > least ? beside(points, k, over, least) : none;
   }
   const double height = stays(points, k, over);
+  if (!(height > limits_.call)) points.fit[k] = Fit::kDone;
   if (!(height > least)) return none;
   Vec3 at = tip(points, k, over);
   at.z() = kNoContact;  // lowered when it is used
@@ -318,30 +468,37 @@ void LeftOver::add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs)
   }
 }
 
+void LeftOver::add_cell_run(Between& points, std::size_t i, std::size_t j, std::size_t& last,
+                            std::vector<std::vector<Vec3>>& runs) {
+  const std::size_t k = points.begin[j % kTile * kTile + i % kTile];
+  if (k == kNone) return;
+  const Cell& cell = cells_[j * columns_ + i];
+  std::size_t worst = k;
+  Place most{limits_.call, Vec3::Zero()};
+  for (std::size_t p = k; p < k + std::size_t{cell.nx} * cell.ny; ++p) {
+    if (points.fit[p] == Fit::kCut) continue;
+    const Place here = place(points, p, {points.x[p], points.y[p]}, most.height);
+    if (!(here.height > most.height)) continue;
+    most = here;
+    worst = p;
+  }
+  if (!(most.height > limits_.call)) return;
+  if (points.fit[worst] == Fit::kYes) points.fit[worst] = Fit::kCut;
+  add_to_runs(most.tip, last < columns_ && i <= last + kGap, runs);
+  last = i;
+}
+
 void LeftOver::add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs) {
-  const double none = -kInfinity;
-  double last = none;
-  for (std::size_t k = between_.begin[j]; k < between_.begin[j + 1];) {
-    const double end = std::max(x0_ + (std::floor((between_.x[k] - x0_) / dx_) + 1) * dx_,
-                                std::nextafter(between_.x[k], kInfinity));
-    std::size_t worst = k;
-    Place most{limits_.call, Vec3::Zero()};
-    for (; k < between_.begin[j + 1] && between_.x[k] < end; ++k) {
-      if (between_.fit[k] == Fit::kCut) continue;
-      const Place here = place(between_, k, at_between(k), most.height);
-      if (!(here.height > most.height)) continue;
-      most = here;
-      worst = k;
-    }
-    if (!(most.height > limits_.call)) continue;
-    if (between_.fit[worst] == Fit::kYes) between_.fit[worst] = Fit::kCut;
-    add_to_runs(most.tip, between_.x[worst] <= last + static_cast<double>(kGap) * dx_, runs);
-    last = between_.x[worst];
+  std::size_t last = columns_;
+  for (std::size_t i = 0; i + 1 < columns_; ++i) {
+    Between& points = between_[tile_of(i, j)];
+    if (!points.begin.empty()) add_cell_run(points, i, j, last, runs);
   }
 }
 
 std::vector<std::vector<Vec3>> LeftOver::open_runs(std::size_t stride) {
   flush();
+  add_between();
   const std::size_t taken = (rows_ + stride - 1) / stride;
   std::vector<std::vector<std::vector<Vec3>>> found(taken);
   parallel_blocks(taken, 1, threads_, [&](std::size_t begin, std::size_t end, int) {
@@ -359,21 +516,28 @@ std::vector<std::vector<Vec3>> LeftOver::open_runs(std::size_t stride) {
 
 LeftOver::Rest LeftOver::rest() {
   flush();
-  std::vector<Rest> of(rows_);
-  parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t j = begin; j < end; ++j) {
+  add_between();
+  const std::size_t blocks = (rows_ + kTile - 1) / kTile;
+  std::vector<Rest> of(blocks);
+  parallel_blocks(blocks, 1, threads_, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t block = begin; block < end; ++block) {
+      Rest& sum = of[block];
       const auto add = [&](Points& points, std::size_t k, const Vec2& at, double area) {
         const Place here = place(points, k, at, limits_.limit);
         if (!(here.height > limits_.limit)) return;
         const bool on_it = fits(points, k, at);
-        of[j].area += &points == &between_ && !on_it ? kBesideStep * area : area;
-        of[j].height = std::max(of[j].height, here.height);
+        sum.area += on_it ? area : static_cast<double>(points.beside_step) * area;
+        sum.height = std::max(sum.height, here.height);
       };
-      for (std::size_t k = j * columns_; k < (j + 1) * columns_; ++k) {
+      for (std::size_t k = block * kTile * columns_;
+           k < std::min(block * kTile + kTile, rows_) * columns_; ++k) {
         add(lattice_, k, at_lattice(k), own_area(k));
       }
-      for (std::size_t k = between_.begin[j]; j + 1 < rows_ && k < between_.begin[j + 1]; ++k) {
-        add(between_, k, at_between(k), static_cast<double>(between_.area[k]));
+      for (std::size_t t = 0; t < tiles_; ++t) {
+        Between& tile = between_[block * tiles_ + t];
+        for (std::size_t k = 0; k < tile.z.size(); ++k) {
+          add(tile, k, {tile.x[k], tile.y[k]}, static_cast<double>(tile.area[k]));
+        }
       }
     }
   });

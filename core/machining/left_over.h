@@ -16,6 +16,7 @@
 namespace diesink {
 
 struct PassedMove;
+class MoveBins;
 
 struct LeftOverLimits {
   double call = 0;   // what may stay, along the normal, before a place is called out
@@ -54,8 +55,8 @@ class LeftOver {
   struct Move {
     Vec3 from, to;
   };
-  // kCut: a run was put over it; kNowhere: nor from beside.
-  enum class Fit : std::uint8_t { kUnknown, kYes, kCut, kNo, kNowhere };
+  // kCut: a run was put over it; kNowhere: nor from beside; kDone: no more than `call` stays.
+  enum class Fit : std::uint8_t { kUnknown, kYes, kCut, kNo, kNowhere, kDone };
   // Where a cutter should go, and how much more than it would stays at a point; 0 for none.
   struct Place {
     double height = 0;
@@ -64,29 +65,72 @@ class LeftOver {
   struct Points {
     std::vector<double> z, left;  // of the surface, NaN where nothing is asked; of what stays
     std::vector<float> nx, ny, nz;
+    // What may stand straight up over it for that no more than `call` stays, then and with less.
+    std::vector<float> most;
     std::vector<Fit> fit;
+    std::size_t beside_step = 1;  // one in so many is tried from beside
 
     void resize(std::size_t count);
-    void take(std::size_t k, double height, const Vec3& normal);
   };
-  struct Between : Points {  // the rows of the lattice, ascending in x in each band
+  // Points of a tile's cells, cell by cell, in each ascending in x.
+  struct Between : Points {
     std::vector<double> x, y;
-    std::vector<std::size_t> begin;  // of each band, and the end
-    std::vector<float> area;         // in plan, each point's part
+    std::vector<float> area;           // in plan, each point's part
+    std::vector<std::uint32_t> begin;  // of each cell; kNone: it has none
+  };
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  // The square between four points of the lattice.
+  struct Cell {
+    std::uint8_t nx = 1, ny = 1;  // points to a side; 1 and 1 where its corners say enough
+    bool smooth = true;           // no edge passes
+    bool open = false;            // of more points than its corners, and they are still to be made
   };
 
-  void add_between(const CompoundSurface& surface);
-  // Points to a side of a cell; 1 and 1 where its corners say enough.
-  [[nodiscard]] std::array<int, 2> parts_of(std::size_t i, std::size_t j) const;
+  // A point that the moves may still lower: over one with little enough left they pass on.
+  struct OpenPoint {
+    Vec2 at;
+    double left, done;
+    double* kept;
+  };
+  // Those of a square of kPart cells, at most `top` high.
+  struct OpenPart {
+    PlanBox box;
+    std::size_t begin = 0, end = 0;
+    double top = 0;
+  };
+  struct OpenTile {
+    bool taken = false;
+    std::vector<OpenPoint> points;
+    std::vector<OpenPart> parts;
+  };
+
+  // Takes what the surface has at a point.
+  void take(Points& points, std::size_t k, const Vec2& at);
+  void take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal);
+  // Those of a row of the lattice.
+  void take_row(std::size_t j, std::span<const PlanBox> places);
+  void divide_cells();
+  [[nodiscard]] Cell cell_of(std::size_t i, std::size_t j) const;
+  // Makes the points of a cell.
+  void add_between(std::size_t i, std::size_t j);
+  // Of all cells that are still without.
+  void add_between();
+  [[nodiscard]] std::size_t tile_of(std::size_t i, std::size_t j) const {
+    return j / kTile * tiles_ + i / kTile;
+  }
   [[nodiscard]] double own_area(std::size_t k) const;
   void flush();
   // The moves over a block of kTile rows and the bands behind them, nearest first: they leave so
   // little that most of the others are passed over.
-  void cut_block(std::size_t block, std::span<const PassedMove> moves);
-  void cut_tile(std::size_t block, std::size_t tile, const PassedMove& move);
-  // The most that is left over a tile.
-  [[nodiscard]] double highest(std::size_t block, std::size_t tile) const;
-  [[nodiscard]] std::array<std::size_t, 2> between_of(std::size_t j, std::size_t tile) const;
+  void cut_block(std::size_t block, std::span<const PassedMove> moves, const MoveBins& bins);
+  // Makes the points of its cells that no move covers, and takes those that stay open.
+  void take_open(std::size_t block, std::size_t t, const MoveBins& bins, OpenTile& tile);
+  // Whether a cutter on one move leaves so little at the corners of a cell, above the surface's
+  // own bend, that it leaves no more than `call` anywhere in it: the cutter is convex. Lowers what
+  // is left at its corners then. Needs: the cell is smooth.
+  bool cover(std::size_t i, std::size_t j, const MoveBins& bins);
+  // The most that is left over the points that stay open.
+  double cut_tile(OpenTile& tile, const PassedMove& move);
   // What stays at a point: along the normal, or the distance to the surface where that is more than
   // `call` and the surface ends before; 0 where nothing is asked of it.
   [[nodiscard]] double stays(const Points& points, std::size_t k, const Vec2& at) const;
@@ -98,6 +142,8 @@ class LeftOver {
   // Adds the points of a row where more than `call` stays to its runs; of a band the worst between
   // two columns.
   void add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
+  void add_cell_run(Between& points, std::size_t i, std::size_t j, std::size_t& last,
+                    std::vector<std::vector<Vec3>>& runs);
   void add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
   void add_to_runs(Vec3 tip, bool goes_on, std::vector<std::vector<Vec3>>& runs);
   // More than `least` stays, and the cutter fits by equation (6) or from beside.
@@ -105,15 +151,18 @@ class LeftOver {
   // Where what is left falls off steeply, as at a ridge beside a wall or at the domain's side, a
   // cutter that stands free holds it deeper than `least`, though none touches the point itself.
   [[nodiscard]] Place beside(Points& points, std::size_t k, const Vec2& at, double least) const;
-  // Whether a point at the height `top`, rho from the cutter's axis at a place, may be held deeper
-  // than `least`: false where points of the lattice there keep the cutter too high.
-  [[nodiscard]] bool may_hold(const Vec2& at, double rho, double top, double least) const;
+  // Whether points of the lattice under a cutter of the offset's keep its tip from coming as low as
+  // `tip`: the nearest to its axis, and where it would touch their plane.
+  [[nodiscard]] bool kept_above(const Vec2& at, double tip) const;
+  // So do some of those all round.
+  [[nodiscard]] bool kept_above_all_round(const Vec2& at, double tip) const;
+  [[nodiscard]] bool keeps_above(const Vec2& at, double tip, const Vec2& point,
+                                 std::size_t& k) const;
   [[nodiscard]] bool in_domain(const Vec2& at) const;
   [[nodiscard]] bool falls_off(const Points& points, std::size_t k, const Vec2& at) const;
   [[nodiscard]] double x(std::size_t i) const { return x0_ + static_cast<double>(i) * dx_; }
   [[nodiscard]] double y(std::size_t j) const { return y0_ + static_cast<double>(j) * dy_; }
   [[nodiscard]] Vec2 at_lattice(std::size_t k) const { return {x(k % columns_), y(k / columns_)}; }
-  [[nodiscard]] Vec2 at_between(std::size_t k) const { return {between_.x[k], between_.y[k]}; }
 
   const CompoundSurface* surface_;
   const OffsetSurface* offset_;
@@ -123,20 +172,21 @@ class LeftOver {
   LeftOverLimits limits_;
   int threads_;
   PlanBox reach_;  // where a tip may lower what stays
-  double x0_ = 0, y0_ = 0, dx_ = 1, dy_ = 1;
+  double x0_ = 0, y0_ = 0, dx_ = 1, dy_ = 1, per_x_ = 1, per_y_ = 1;
   double step_ = 1;  // at least dx_ and dy_
   double hair_ = 0;  // rounding of the domain's sides
   double rim_ = 0;   // of the way from a tip to its contact
   std::size_t columns_ = 0, rows_ = 0;
   int most_parts_ = 8;  // to a side of a cell
   Points lattice_;
-  Between between_;
+  std::vector<Cell> cells_;       // by the lattice's point at the low corner
+  std::vector<Between> between_;  // of each tile
   std::vector<Move> waiting_;
   // Tiles of kTile rows and columns and what is between their points.
   static constexpr std::size_t kTile = 16;
+  static constexpr std::size_t kPart = 4;
   static constexpr std::size_t kRowsABlock = 16;  // for one thread
   std::size_t tiles_ = 0;                         // side by side
-  std::vector<std::size_t> between_start_;        // of each band the first point of each tile
   std::vector<double> highest_;
 };
 

@@ -23,23 +23,82 @@ constexpr double kWallHeight = 0.5;
 // that its way inward costs.
 constexpr double kRimChord = 0.75, kRimPart = 0.05;
 
+// Normals between these cosines are of slopes, where what stands straight up is more than what
+// stays. Rounding of a distance, relative.
+constexpr double kLeastCosine = 0.05, kSlopeCosine = 0.9, kHair = 1e-6;
+
+// Of the points between the lattice's, one in so many is tried from beside.
+constexpr std::size_t kBesideStep = 3;
+
+double square(double v) { return v * v; }
+
 }  // namespace
 
 void LeftOver::Points::resize(std::size_t count) {
-  z.assign(count, std::numeric_limits<double>::quiet_NaN());
-  left.assign(count, -kInfinity);
-  nx.assign(count, 0);
-  ny.assign(count, 0);
-  nz.assign(count, 1);
-  fit.assign(count, Fit::kUnknown);
+  z.resize(count, std::numeric_limits<double>::quiet_NaN());
+  left.resize(count, -kInfinity);
+  nx.resize(count, 0);
+  ny.resize(count, 0);
+  nz.resize(count, 1);
+  most.resize(count, 0);
+  fit.resize(count, Fit::kUnknown);
 }
 
-void LeftOver::Points::take(std::size_t k, double height, const Vec3& normal) {
-  z[k] = height;
-  left[k] = kInfinity;
-  nx[k] = static_cast<float>(normal.x());
-  ny[k] = static_cast<float>(normal.y());
-  nz[k] = static_cast<float>(normal.z());
+void LeftOver::take(Points& points, std::size_t k, const Vec2& at) {
+  const Vec3 p = offset_->from_frame({at.x(), at.y(), 0});
+  if (const auto cc = surface_->at(p.x(), p.y())) take(points, k, at, cc->z, cc->n);
+}
+
+void LeftOver::take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal) {
+  const Vec3 n = offset_->to_frame(normal);
+  points.z[k] = z;
+  points.left[k] = kInfinity;
+  points.nx[k] = static_cast<float>(n.x());
+  points.ny[k] = static_cast<float>(n.y());
+  points.nz[k] = static_cast<float>(n.z());
+  double most = limits_.call;
+  if (n.z() > kLeastCosine && n.z() < kSlopeCosine) {
+    // On a slope more may stand straight up where the surface comes as near to that as its plane
+    // does. Then it is near to all that is lower, too: what is under the surface is the part.
+    const Vec2 foot = at - limits_.call * n.head<2>();
+    const Vec3 q = offset_->from_frame({foot.x(), foot.y(), 0});
+    const double high = limits_.call / n.z();
+    const std::optional<CcDatum> there = surface_->at(q.x(), q.y());
+    if (there && (foot - at).squaredNorm() + square(std::max(0.0, z + high - there->z)) <=
+                     square(limits_.call * (1 + kHair))) {
+      most = high;
+    }
+  }
+  points.most[k] = static_cast<float>(most);
+}
+
+void LeftOver::take_row(std::size_t j, std::span<const PlanBox> places) {
+  const Span inside = domain_.pass(y(j));
+  std::vector<bool> asked(columns_, places.empty());
+  for (const PlanBox& place : places) {
+    if (y(j) < place.y0 || y(j) > place.y1) continue;
+    for (std::size_t i = 0; i < columns_; ++i) {
+      if (x(i) >= place.x0 && x(i) <= place.x1) asked[i] = true;
+    }
+  }
+  const auto wanted = [&](std::size_t i) {
+    return asked[i] && x(i) >= inside.x0 - hair_ && x(i) <= inside.x1 + hair_;
+  };
+  if (places.empty() && offset_->from_frame(Vec3::UnitX()) == Vec3::UnitX()) {
+    // Rows at once cost a part of points one by one.
+    std::vector<double> xs, z(columns_), nx(columns_), ny(columns_), nz(columns_);
+    std::vector<Label> label(columns_);
+    for (std::size_t i = 0; i < columns_; ++i) xs.push_back(x(i));
+    surface_->row(y(j), xs, {z.data(), nx.data(), ny.data(), nz.data(), label.data()});
+    for (std::size_t i = 0; i < columns_; ++i) {
+      if (label[i] == kNoLabel || !wanted(i)) continue;
+      take(lattice_, j * columns_ + i, {x(i), y(j)}, z[i], {nx[i], ny[i], nz[i]});
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < columns_; ++i) {
+    if (wanted(i)) take(lattice_, j * columns_ + i, {x(i), y(j)});
+  }
 }
 
 LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
@@ -83,40 +142,27 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
   };
   divide(x1 - x0_, columns_, dx_);
   divide(y1 - y0_, rows_, dy_);
+  per_x_ = 1 / dx_;
+  per_y_ = 1 / dy_;
   lattice_.resize(columns_ * rows_);
   const double R = cutter.radius();
   reach_ = {x0_ - R, x(columns_ - 1) + R, y0_ - R, y(rows_ - 1) + R};
   hair_ = 1e-9 * R;
   rim_ = std::min(kRimChord * kRimChord * step_ * step_ / (2 * R), kRimPart * limits.limit) / R;
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t j = begin; j < end; ++j) {
-      const Span inside = domain_.pass(y(j));
-      std::vector<bool> asked(columns_, places.empty());
-      for (const PlanBox& place : places) {
-        if (y(j) < place.y0 || y(j) > place.y1) continue;
-        for (std::size_t i = 0; i < columns_; ++i) {
-          if (x(i) >= place.x0 && x(i) <= place.x1) asked[i] = true;
-        }
-      }
-      for (std::size_t i = 0; i < columns_; ++i) {
-        if (!asked[i] || x(i) < inside.x0 - hair_ || x(i) > inside.x1 + hair_) continue;
-        const Vec3 p = offset.from_frame({x(i), y(j), 0});
-        const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
-        if (cc) lattice_.take(j * columns_ + i, cc->z, offset.to_frame(cc->n));
-      }
-    }
+    for (std::size_t j = begin; j < end; ++j) take_row(j, places);
   });
-  add_between(surface);
+  divide_cells();
 }
 
-std::array<int, 2> LeftOver::parts_of(std::size_t i, std::size_t j) const {
+LeftOver::Cell LeftOver::cell_of(std::size_t i, std::size_t j) const {
   const std::size_t k = j * columns_ + i;
   const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
   double gx = 0, gy = 0, low = kInfinity, high = -kInfinity, least = 1;
   std::array<Vec3, 4> n;
   for (std::size_t c = 0; c < 4; ++c) {
     const std::size_t at = corner[c];
-    if (std::isnan(lattice_.z[at])) return {1, 1};
+    if (std::isnan(lattice_.z[at])) return {};
     n[c] = Vec3(static_cast<double>(lattice_.nx[at]), static_cast<double>(lattice_.ny[at]),
                 static_cast<double>(lattice_.nz[at]));
     gx = std::max(gx, std::fabs(n[c].x()) / std::max(n[c].z(), 1e-3));
@@ -127,76 +173,74 @@ std::array<int, 2> LeftOver::parts_of(std::size_t i, std::size_t j) const {
   }
   const bool edge = least < kEdgeCosine || high - low > (gx + gy + kWallHeight) * step_;
   const auto parts = [&](double slope) {
-    const double along = std::min(std::hypot(1, slope), 1e3);
+    const double along = std::min(std::sqrt(1 + slope * slope), 1e3);
     // What a sharp corner leaves on a slope falls off to both sides as steeply as the slope.
     const double ridges = cutter_.corner() < limits_.limit
                               ? step_ * (slope / along) / (2 * (limits_.limit - limits_.call))
                               : 0;
     const int count = static_cast<int>(std::max(std::round(along), std::ceil(ridges)));
-    return std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_);
+    return static_cast<std::uint8_t>(std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_));
   };
-  return {parts(gx), parts(gy)};
+  Cell cell{parts(gx), parts(gy), !edge, false};
+  cell.open = cell.nx * cell.ny > 1;
+  return cell;
 }
 
-void LeftOver::add_between(const CompoundSurface& surface) {
-  const std::size_t bands = rows_ - 1, cells = columns_ - 1;
-  between_.begin.assign(rows_, 0);
+void LeftOver::divide_cells() {
+  tiles_ = (columns_ + kTile - 1) / kTile;
+  const std::size_t tiles = tiles_ * ((rows_ + kTile - 1) / kTile);
+  highest_.assign(tiles, kInfinity);
+  between_.resize(tiles);
+  for (Between& tile : between_) tile.beside_step = kBesideStep;
+  cells_.resize(lattice_.z.size());
+  std::vector<std::size_t> points(rows_);
   for (;; most_parts_ /= 2) {
-    parallel_blocks(bands, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
+    parallel_blocks(rows_ - 1, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t j = begin; j < end; ++j) {
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < cells; ++i) {
-          const auto [nx, ny] = parts_of(i, j);
-          if (nx * ny > 1) count += static_cast<std::size_t>(nx * ny);
+        points[j] = 0;
+        for (std::size_t i = 0; i + 1 < columns_; ++i) {
+          const Cell cell = cell_of(i, j);
+          cells_[j * columns_ + i] = cell;
+          if (cell.open) points[j] += std::size_t{cell.nx} * cell.ny;
         }
-        between_.begin[j + 1] = count;
       }
     });
     std::size_t all = 0;
-    for (const std::size_t count : between_.begin) all += count;
+    for (const std::size_t count : points) all += count;
     if (static_cast<double>(all) <= kMostPoints) break;
   }
-  for (std::size_t j = 0; j < bands; ++j) between_.begin[j + 1] += between_.begin[j];
-  const std::size_t all = between_.begin.back();
-  between_.resize(all);
-  between_.x.resize(all);
-  between_.y.resize(all);
-  between_.area.resize(all);
-  parallel_blocks(bands, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t j = begin; j < end; ++j) {
-      std::size_t k = between_.begin[j];
-      for (std::size_t i = 0; i < cells; ++i) {
-        const auto [nx, ny] = parts_of(i, j);
-        if (nx * ny == 1) continue;
-        for (int a = 0; a < nx; ++a) {
-          for (int b = 0; b < ny; ++b, ++k) {
-            between_.x[k] = x(i) + (a + 0.5) / nx * dx_;
-            between_.y[k] = y(j) + (b + 0.5) / ny * dy_;
-            between_.area[k] = static_cast<float>(dx_ * dy_ / (nx * ny));
-            const Vec3 p = offset_->from_frame({between_.x[k], between_.y[k], 0});
-            const std::optional<CcDatum> cc = surface.at(p.x(), p.y());
-            if (cc) between_.take(k, cc->z, offset_->to_frame(cc->n));
-          }
-        }
-      }
-    }
-  });
-  tiles_ = (columns_ + kTile - 1) / kTile;
-  highest_.assign(tiles_ * ((rows_ + kTile - 1) / kTile), kInfinity);
-  between_start_.resize(bands * (tiles_ + 1));
-  for (std::size_t j = 0; j < bands; ++j) {
-    std::size_t k = between_.begin[j];
-    for (std::size_t t = 0; t <= tiles_; ++t) {
-      between_start_[j * (tiles_ + 1) + t] = k;
-      const double end = t < tiles_ ? x0_ + static_cast<double>((t + 1) * kTile) * dx_ : kInfinity;
-      while (k < between_.begin[j + 1] && (between_.x[k] < end || t + 1 >= tiles_)) ++k;
+}
+
+void LeftOver::add_between(std::size_t i, std::size_t j) {
+  Cell& cell = cells_[j * columns_ + i];
+  Between& tile = between_[tile_of(i, j)];
+  cell.open = false;
+  if (tile.begin.empty()) tile.begin.assign(kTile * kTile, kNone);
+  std::size_t k = tile.z.size();
+  tile.begin[j % kTile * kTile + i % kTile] = static_cast<std::uint32_t>(k);
+  const int nx = cell.nx, ny = cell.ny;
+  const std::size_t count = k + std::size_t{cell.nx} * cell.ny;
+  tile.resize(count);
+  tile.x.resize(count);
+  tile.y.resize(count);
+  tile.area.resize(count, static_cast<float>(dx_ * dy_ / (nx * ny)));
+  for (int a = 0; a < nx; ++a) {
+    for (int b = 0; b < ny; ++b, ++k) {
+      tile.x[k] = x(i) + (a + 0.5) / nx * dx_;
+      tile.y[k] = y(j) + (b + 0.5) / ny * dy_;
+      take(tile, k, {tile.x[k], tile.y[k]});
     }
   }
 }
 
-std::array<std::size_t, 2> LeftOver::between_of(std::size_t j, std::size_t tile) const {
-  const std::size_t at = j * (tiles_ + 1) + tile;
-  return {between_start_[at], between_start_[at + 1]};
+void LeftOver::add_between() {
+  const std::size_t blocks = (rows_ + kTile - 1) / kTile;
+  parallel_blocks(blocks, 1, threads_, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t k = begin * kTile * columns_; k < std::min(end * kTile, rows_) * columns_;
+         ++k) {
+      if (cells_[k].open) add_between(k % columns_, k / columns_);
+    }
+  });
 }
 
 // What is not of points between its own.
@@ -205,7 +249,8 @@ double LeftOver::own_area(std::size_t k) const {
   int quarters = 0;
   for (const std::size_t a : {i - 1, i}) {
     for (const std::size_t b : {j - 1, j}) {
-      const bool divided = a < columns_ - 1 && b < rows_ - 1 && parts_of(a, b) != std::array{1, 1};
+      const bool divided = a < columns_ - 1 && b < rows_ - 1 &&
+                           cells_[b * columns_ + a].nx * cells_[b * columns_ + a].ny > 1;
       quarters += divided ? 0 : 1;
     }
   }

@@ -30,6 +30,16 @@ struct PassedMove {
   // No point of the box is nearer in plan.
   [[nodiscard]] double gap(const PlanBox& box) const;
 
+  // The tip is no lower where it is within `reach` of the box in plan.
+  [[nodiscard]] double low_near(const PlanBox& box, double reach) const {
+    const double u = ((box.x0 + box.x1) / 2 - from.x()) * along.x() +
+                     ((box.y0 + box.y1) / 2 - from.y()) * along.y();
+    const double half =
+        reach +
+        (std::fabs(along.x()) * (box.x1 - box.x0) + std::fabs(along.y()) * (box.y1 - box.y0)) / 2;
+    return z + slope * std::clamp(slope > 0 ? u - half : u + half, 0.0, length);
+  }
+
   // Lowers what is left over p to where the cutter comes. (Here, as most points are passed over.)
   void lower(const CutterShape& cutter, const Vec2& p, double& left) const {
     if (low >= left) return;

@@ -20,7 +20,7 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
   const auto nx = static_cast<std::size_t>(std::fmax(1, std::round(width / step)));
   const auto ny = static_cast<std::size_t>(std::fmax(1, std::round(depth / step)));
   constexpr std::size_t kHeadings = 16;
-  constexpr int kRings = 6;
+  constexpr std::size_t kRings = 6;
   std::array<Vec2, kHeadings> headings;
   for (std::size_t h = 0; h < kHeadings; ++h) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(h) / kHeadings;
@@ -28,6 +28,7 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
   }
   // The samples, which also tell at once where the part keeps the cutter from lower places.
   std::vector<std::optional<CcDatum>> samples_at(nx * ny);
+  std::vector<double> tops(nx * ny, kNoContact);
   const auto sample_x = [&](std::size_t i) {
     return domain[0] + width * (static_cast<double>(i) + 0.5) / static_cast<double>(nx);
   };
@@ -37,23 +38,28 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
   parallel_blocks(ny, 4, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
       for (std::size_t i = 0; i < nx; ++i) {
-        samples_at[j * nx + i] = surface.at(sample_x(i), sample_y(j));
+        const auto& cc = samples_at[j * nx + i] = surface.at(sample_x(i), sample_y(j));
+        if (cc) tops[j * nx + i] = cc->z;
       }
     }
   });
-  const auto least_tip = [&](double x, double y) {
-    const double i = std::floor((x - domain[0]) / width * static_cast<double>(nx));
-    const double j = std::floor((y - domain[2]) / depth * static_cast<double>(ny));
-    double z = kNoContact;
-    if (!(i >= 0 && j >= 0 && i < static_cast<double>(nx) && j < static_cast<double>(ny))) return z;
+  const double per_x = static_cast<double>(nx) / width, per_y = static_cast<double>(ny) / depth;
+  // Whether a sample keeps a tip at (x, y) from coming under `least`.
+  const auto kept_above = [&](double x, double y, double least) {
+    const double i = (x - domain[0]) * per_x, j = (y - domain[2]) * per_y;
+    if (!(i >= 0 && j >= 0 && i < static_cast<double>(nx) && j < static_cast<double>(ny))) {
+      return false;
+    }
     const std::size_t a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
-    const std::optional<CcDatum>& cc = samples_at[b * nx + a];
-    if (!cc) return z;
-    const double rho = std::hypot(sample_x(a) - x, sample_y(b) - y);
     // The mesh under the drop may lie a little lower.
-    if (rho <= cutter.radius()) z = cc->z - cutter.height(rho) - tolerance;
-    return z;
+    const double high = tops[b * nx + a] - tolerance - least;
+    if (!(high >= 0)) return false;
+    const double ox = sample_x(a) - x, oy = sample_y(b) - y, rho2 = ox * ox + oy * oy;
+    return rho2 <= cutter.radius() * cutter.radius() && high >= cutter.height(std::sqrt(rho2));
   };
+  std::array<double, kRings + 1> lifts;
+  for (std::size_t r = 1; r <= kRings; ++r)
+    lifts[r] = cutter.height(cutter.radius() * static_cast<double>(r) / kRings);
   std::vector<UnreachableArea> rows(ny);
   parallel_blocks(ny, 4, threads, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) {
@@ -72,11 +78,11 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
         // What the cutter leaves over (x, y) from here, from right above, and from around.
         double stays = drop.at(x, y) - cc->z;
         for (std::size_t h = 0; h < kHeadings; ++h) {
-          for (int r = 1; r <= kRings && stays > tolerance; ++r) {
-            const double rho = cutter.radius() * r / kRings;
-            const double lift = cutter.height(rho) - cc->z;
+          for (std::size_t r = 1; r <= kRings && stays > tolerance; ++r) {
+            const double rho = cutter.radius() * static_cast<double>(r) / kRings;
+            const double lift = lifts[r] - cc->z;
             const Vec2 there = Vec2(x, y) + rho * headings[h];
-            if (least_tip(there.x(), there.y()) >= stays - lift) continue;
+            if (kept_above(there.x(), there.y(), stays - lift)) continue;
             const double tip_there = drop.at(there.x(), there.y(), stays - lift);
             if (tip_there == kNoContact) continue;
             stays = std::min(stays, tip_there + lift);

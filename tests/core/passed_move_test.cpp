@@ -3,11 +3,14 @@
 #include "core/machining/passed_move.h"
 
 #include <gtest/gtest.h>
+#include <vector>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "core/machining/move_bins.h"
 
 namespace diesink {
 namespace {
@@ -65,4 +68,56 @@ TEST(PassedMove, LowestOverAPointIsTheLowestOfAllPlaces) {
 }
 
 }  // namespace
+double distance_to(const PassedMove& move, const Vec2& p) {
+  const double along = std::clamp((p - move.from).dot(move.along), 0.0, move.length);
+  return (move.from + along * move.along - p).norm();
+}
+
+TEST(PassedMove, ABoxIsNoLowerThanTheMoveNearIt) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> at(-10, 10), part(0, 1);
+  for (int k = 0; k < 2000; ++k) {
+    const PassedMove move({at(random), at(random), at(random)},
+                          {at(random), at(random), at(random)});
+    const Vec2 low(at(random), at(random));
+    const PlanBox box{low.x(), low.x() + part(random), low.y(), low.y() + part(random)};
+    const double reach = 3 * part(random), low_near = move.low_near(box, reach);
+    const double s = part(random), u = part(random) * (box.x1 - box.x0);
+    const Vec2 p(box.x0 + u, box.y0 + part(random) * (box.y1 - box.y0));
+    const Vec2 tip = move.from + s * move.d;
+    if ((tip - p).norm() > reach) continue;
+    EXPECT_GE(move.z + s * move.length * move.slope, low_near - 1e-12);
+  }
+}
+
+TEST(MoveBins, TheNearestMovesAreFound) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> at(0, 100), step(-3, 3);
+  std::vector<PassedMove> moves;
+  for (int k = 0; k < 600; ++k) {
+    const Vec3 from(at(random), at(random), at(random));
+    const Vec3 to = k % 20 == 0 ? Vec3(at(random), at(random), 0)
+                                : Vec3(from + Vec3(step(random), step(random), step(random)));
+    moves.emplace_back(from, to);
+  }
+  const double near = 1.5;
+  const MoveBins bins(moves, {10, 90, 5, 95}, near);
+  int seen = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Vec2 p(at(random), at(random));
+    const MoveBins::Nearest found = bins.nearest(p);
+    if (p.x() < 10 || p.x() > 90 || p.y() < 5 || p.y() > 95) continue;
+    std::vector<double> far;
+    for (const PassedMove& move : moves) far.push_back(distance_to(move, p));
+    std::sort(far.begin(), far.end());
+    for (int m = 0; m < 2; ++m) {
+      if (far[m] > near) continue;
+      ++seen;
+      ASSERT_GT(found.count, m);
+      EXPECT_NEAR((found.tip[m].head<2>() - p).norm(), far[m], 1e-12);
+    }
+  }
+  EXPECT_GT(seen, 500);
+}
+
 }  // namespace diesink
