@@ -141,6 +141,13 @@ void BodyLine::prepare(const QuadricBody& body) {
                              std::fabs(s.dx1) + std::fabs(s.dy1));
     if (body.shape == QuadricShape::kCone)
       s.disc_slack = std::fmin(s.disc_slack, slack_ * slack_ * norm * norm * reach);
+    if (body.shape == QuadricShape::kCone && s.q2 == 0) {
+      // The line through the apex along which q1 is nothing: beyond it lines meet the mirrored
+      // nappe alone, on it the apex at most.
+      const double outward = (rule_ == SideRule::kBelowFirst ? -1 : 1) / std::hypot(s.bx, s.by);
+      halves_.push_back({outward * s.bx, outward * s.by, 0, kFaceSide});
+      s.disc_slack = slack_ * slack_ * norm;  // of q0, where a line touches the apex
+    }
   }
   if (body.shape == QuadricShape::kCone && rule_ == SideRule::kBetween) {
     // Both roots lie on one nappe, and with them their middle: the body's own is where that is not
@@ -223,12 +230,12 @@ bool BodyLine::meet(double x, double y, LineHit& hit) const {
       roots(s.q2, q1, q0, disc, first, last);
       switch (rule_) {
         case SideRule::kBelowFirst:
-          if (s.q2 == 0) first = q1 != 0 ? -q0 / (2 * q1) : 0;
+          if (s.q2 == 0) first = q1 > 0 ? -q0 / (2 * q1) : q0 > s.disc_slack ? -kInf : 0;
           last = first;
           first = -kInf;
           break;
         case SideRule::kAboveLast:
-          if (s.q2 == 0) last = q1 != 0 ? -q0 / (2 * q1) : 0;
+          if (s.q2 == 0) last = q1 < 0 ? -q0 / (2 * q1) : q0 > s.disc_slack ? kInf : 0;
           first = last;
           last = kInf;
           break;
@@ -279,7 +286,7 @@ bool BodyLine::face_height(std::uint8_t face, bool upper, double x, double y, do
     if (rule_ == SideRule::kColumn) return false;
     const double q0 = s.c0 + dx * (s.cx1 + s.cxx * dx + s.cxy * dy) + dy * (s.cy1 + s.cyy * dy);
     const double disc = s.d0 + dx * (s.dx1 + s.dxx * dx + s.dxy * dy) + dy * (s.dy1 + s.dyy * dy);
-    if (disc < -s.disc_slack) return false;
+    if (disc < -s.disc_slack && s.q2 != 0) return false;
     const double q1 = s.b0 + s.bx * dx + s.by * dy;
     if (s.q2 == 0) {
       if (q1 == 0) return false;

@@ -141,13 +141,13 @@ void body_run(const BodyRow& b, const double* xs, std::size_t begin, std::size_t
           } else if constexpr (kSide == RowSide::kAboveLast) {
             first = roots(set(b.q2), q1, q0, disc).last;
           } else {
-            const M some = q1 != zero;
-            const V root = hn::IfThenElse(some, hn::Neg(q0) / (set(2.0) * q1), zero);
-            if constexpr (kSide == RowSide::kBelowFirstLinear) {
-              last = root;
-            } else {
-              first = root;
-            }
+            // Beside the apex' own side of the plan: the apex, or nothing.
+            constexpr bool kBelow = kSide == RowSide::kBelowFirstLinear;
+            const V nothing = kBelow ? hn::Neg(infinity) : infinity;
+            const V root =
+                hn::IfThenElse(kBelow ? q1 > zero : q1 < zero, hn::Neg(q0) / (set(2.0) * q1),
+                               hn::IfThenElse(q0 > set(b.disc_slack), nothing, zero));
+            (kBelow ? last : first) = root;
           }
         }
         lower = set(b.cz) + first;

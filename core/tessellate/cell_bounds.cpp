@@ -121,7 +121,9 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
     const PlanFunction f = function_of({-(h.a * dx + h.b * dy + h.c), -h.a, -h.b, 0, 0, 0}, box,
                                        PlanFunction::Kind::kShadow, step.solid, id++);
     if (f.hi < -slack) return;
-    if (f.lo <= slack) out.shadow.push(f);
+    // The line along an upright ruling's apex is no border but touches the rim, which is one.
+    const bool by_apex = h.face == kFaceSide && body.side_rule() != SideRule::kBetween;
+    if (f.lo <= slack && !by_apex) out.shadow.push(f);
   }
   PlanFunction disc;
   bool has_disc = false;

@@ -15,6 +15,8 @@ namespace {
 constexpr int kNewtonSteps = 24;
 // Halvings before the curve is looked for, and at most.
 constexpr int kHalvings = 5, kAllHalvings = 60;
+// Of the size: rounding of heights on faces as steep as 1e5.
+constexpr double kOnFace = 1e-10;
 
 }  // namespace
 
@@ -308,6 +310,25 @@ bool CurveSolver::on_sheet(Label label, const Vec2& p, double z) const {
   return plus ? z >= middle - 4 * surface_->tie : z <= middle + 4 * surface_->tie;
 }
 
+// Where a face is all but upright its surface passes through everything far below its body within a
+// hair of where the body ends: a meeting with those is none.
+bool CurveSolver::on_face(Label label, const Vec2& p, double z) const {
+  const SurfaceRef own = ref_of(label);
+  if (own.solid < 0) return true;
+  const BodyLine& body = surface_->bodies[static_cast<std::size_t>(own.solid)];
+  const double dx = p.x() - body.center_x(), dy = p.y() - body.center_y();
+  const double close = kOnFace * surface_->size;
+  for (const bool upper : {true, false}) {
+    for (const PlanarCap& cap : upper ? body.upper_caps() : body.lower_caps()) {
+      const double above = z - (cap.z0 + cap.zx * dx + cap.zy * dy);
+      if (cap.face != own.face && (upper ? above > close : above < -close)) return false;
+    }
+  }
+  if (!body.has_side() || own.face == kFaceSide) return on_sheet(label, p, z);
+  Vec3 gradient;
+  return implicit({own.solid, kFaceSide}).evaluate({p.x(), p.y(), z}, gradient) <= close;
+}
+
 // Near where a silhouette touches a rim both curves run on beyond the point of contact, inside the
 // shadow: the silhouette is its border only between the caps, the rim only beyond the silhouette.
 bool CurveSolver::borders(const BodyLine& body, const PlanCurve& shadow, const Vec2& at,
@@ -315,7 +336,7 @@ bool CurveSolver::borders(const BodyLine& body, const PlanCurve& shadow, const V
   const SideQuadratic& s = body.side();
   if (!body.has_side() || body.side_rule() != SideRule::kBetween || !(s.q2 > 0)) return true;
   const double dx = at.x() - s.cx, dy = at.y() - s.cy;
-  const double close = 1e-10 * surface_->size;
+  const double close = kOnFace * surface_->size;
   const double middle = s.cz - (s.b0 + s.bx * dx + s.by * dy) / s.q2;
   const std::uint8_t cap_face =
       shadow.first.face == kFaceSide ? shadow.second.face : shadow.first.face;
@@ -358,8 +379,8 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
       // Two faces at one height.
       if (a != kNoLabel && b != kNoLabel) {
         const PlanCurve meet{CurveType::kMeet, ra, rb};
-        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_sheet(a, p + t * d, z) &&
-            on_sheet(b, p + t * d, z)) {
+        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_face(a, p + t * d, z) &&
+            on_face(b, p + t * d, z)) {
           accept(CurveType::kMeet, ra, rb, true);
           change.za = change.zb = z;
           return change;

@@ -108,6 +108,10 @@ class CurveSolver {
   // z is on the label's side of the middle of its quadric: the sheet that is seen.
   bool on_sheet(Label label, const Vec2& p, double z) const;
 
+  // z on the label's own surface is on its face, too, to 1e-10 of the size: between the body's
+  // other faces.
+  bool on_face(Label label, const Vec2& p, double z) const;
+
   // Where the label changes between p (label a) and q (label b), both found by evaluation: the
   // curve, its point, and the heights of both labels there (NaN for a hole).
   struct Change {

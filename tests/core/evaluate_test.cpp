@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <sstream>
 
 #include "core/compound/compound_surface.h"
 #include "tests/support/brute_force.h"
@@ -105,6 +107,38 @@ TEST(Evaluate, RandomPrograms) {
   EXPECT_GT(counts.points, 9000);
   EXPECT_GT(counts.holes, 500);
   EXPECT_GT(counts.labels, 9000);
+  EXPECT_LT(counts.unsure, 300);
+}
+
+// A cone one of whose rulings is upright: its plan ends in a line through the apex, which only the
+// apex lies on. Beyond it the mirrored nappe has the same equation.
+TEST(Evaluate, ConesWithAnUprightRuling) {
+  Counts counts;
+  int normals = 0;
+  for (int k = 0; k < 16; ++k) {
+    const double turn = std::numbers::pi * k / 8, c = std::cos(turn), s = std::sin(turn);
+    const Vec2 apex(20 + 10 * c, 20 + 10 * s);
+    for (const bool up : {true, false}) {
+      std::ostringstream text;
+      text.precision(17);
+      text << "SOLID-DEF\nK,R-CONE,1\nP1,20,20," << (up ? -5 : 5) << "\nP2," << apex.x() << ','
+           << apex.y() << ',' << (up ? 5 : -5) << "\nRAD,14.142135623730951\nBSURF-DEF\nPLANE,"
+           << (up ? -30 : 30) << "\nBOOLE-DEF\nB" << (up ? '+' : '-')
+           << "K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n";
+      const CompoundSurface surface = test::surface_of(text.str());
+      compare(surface, 200, static_cast<std::uint64_t>(k), counts, normals);
+      const test::BruteForce brute(surface.program());
+      for (int i = -12; i <= 12; ++i) {
+        for (const double beyond : {0.0, 1e-6, 0.3}) {
+          if (i == 0) continue;
+          compare_at(surface, brute, apex.x() + beyond * c - i * s, apex.y() + beyond * s + i * c,
+                     counts);
+        }
+      }
+      ASSERT_FALSE(HasFailure()) << text.str();
+    }
+  }
+  EXPECT_GT(counts.labels, 7800);
   EXPECT_LT(counts.unsure, 300);
 }
 

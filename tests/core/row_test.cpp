@@ -87,6 +87,20 @@ TEST(Row, IsThePointsOfRandomPrograms) {
   }
 }
 
+// Upright rulings of cones, and the lines through their apexes, on columns and between.
+TEST(Row, IsThePointsOfConesWithAnUprightRuling) {
+  const std::string radius = "\nRAD,14.142135623730951\n";
+  const auto cone = [&](const char* name, const char* p1, const char* p2) {
+    return std::string(name) + ",R-CONE,1\nP1," + p1 + "\nP2," + p2 + radius;
+  };
+  const std::string text =
+      "SOLID-DEF\n" + cone("K", "15,20,-5", "25,20,5") + cone("L", "80,20,-5", "80,10,5") +
+      cone("M", "20,70,20", "27.071067811865476,77.071067811865476,10") +
+      cone("N", "80,80,20", "70,80,10") +
+      "BSURF-DEF\nPLANE,15\nBOOLE-DEF\nB-M-N+K+L\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n";
+  EXPECT_GT(compare(test::surface_of(text), 201, 201), 80000u);
+}
+
 // So many solids that a row looks up which of them it can touch.
 TEST(Row, IsThePointsOfManySolids) {
   test::RandomProgramOptions options;

@@ -81,6 +81,23 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
 
+// Beside an upright ruling the side's own surface runs far below its rim within a hair of plan:
+// where it would meet the plane down there it has long ended.
+TEST(DegenerateDies, RimsUnderAnUprightRulingAreCertified) {
+  for (const char* apex : {"25,20,5", "22.071067811865476,27.071067811865476,5"}) {
+    TessellationOptions options;
+    options.tolerance = 0.05;
+    const Result<Tessellation> made =
+        tessellate(surface_of("SOLID-DEF\n" + cone("K", "15,20,-5", apex, "14.142135623730951") +
+                              "BSURF-DEF\nPLANE,-30\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\n"
+                              "Y-RNG,0,40\n"),
+                   options);
+    ASSERT_TRUE(made) << apex;
+    EXPECT_EQ(made->report.uncertified_area, 0) << apex;
+    EXPECT_EQ(made->report.doubt_count, 0u) << apex;
+  }
+}
+
 // A part moved by 1e6 has the same elements, curves and corners, but for the rounding of its own
 // coordinates, 1e-10 there; how many triangles it takes may hang on that. What is a thousandth of a
 // millimetre has only a few digits there.

@@ -110,9 +110,6 @@ TEST_P(TiledCases, MeetToTheBit) {
   options.tolerance = one.tolerance;
   const CompoundSurface surface = surface_of(one.text);
   EXPECT_EQ(tile_faults(surface, options, {2, 2}), "");
-  // (Cuts near an upright ruling cross creases that lie over one another there: such tiles are
-  // refused, with a message.)
-  if (one.name.ends_with("UprightRuling")) return;
   EXPECT_EQ(tile_faults(surface, options, {4, 3}), "");
 }
 

@@ -134,6 +134,12 @@ inline std::vector<NamedCase> named_cases() {
       // Its lowest ruling is upright: all heights below the apex lie over one another.
       {"ConeWithAnUprightRuling",
        on_plane(cone("K", "15,20,-5", "25,20,5", "14.142135623730951"), "+K")},
+      // Its rim is seen down to where it touches that ruling.
+      {"RimOfAConeWithAnUprightRuling",
+       "SOLID-DEF\n" + cone("K", "15,20,-5", "25,20,5", "14.142135623730951") +
+           "BSURF-DEF\nPLANE,-30\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n"
+           "TOLER,.05\n",
+       0.05},
       {"ConeWithARulingAlmostUpright", on_plane(cone("K", "15,20,-5", "25,20,5", "14.13"), "+K")},
       {"PocketOfAConeWithAnUprightRuling",
        on_plane(cone("K", "15,20,5", "25,20,-5", "14.142135623730951"), "-K")},
