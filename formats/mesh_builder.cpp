@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "core/mesh_tools/polygon.h"
 
@@ -51,6 +52,23 @@ FaceVerdict FaceBuilder::add(std::span<const std::uint32_t> vertices,
     }
   }
   return verdict;
+}
+
+void FaceBuilder::add_triangles(std::span<const std::uint32_t> vertices,
+                                const std::uint32_t* normals, std::uint32_t element) {
+  using Corners = std::array<std::uint32_t, 3>;
+  const auto append = [count = vertices.size() / 3](std::vector<Corners>& to,
+                                                    const std::uint32_t* from) {
+    const std::size_t before = to.size();
+    to.resize(before + count);
+    std::memcpy(to.data() + before, from, count * sizeof(Corners));
+  };
+  if (element != 0 && mesh_.triangle_element.empty())
+    mesh_.triangle_element.assign(mesh_.triangles.size(), 0);
+  append(mesh_.triangles, vertices.data());
+  if (normals != nullptr) append(mesh_.corner_normals, normals);
+  if (element != 0 || !mesh_.triangle_element.empty())
+    mesh_.triangle_element.resize(mesh_.triangles.size(), element);
 }
 
 std::size_t FaceBuilder::finish(ElementTable& elements) {

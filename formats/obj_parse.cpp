@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "formats/mesh_builder.h"
+#include "formats/plain_lines.h"
 
 namespace diesink {
 namespace {
@@ -322,6 +323,7 @@ void walk_statements(TextScanner& text, See see) {
 }  // namespace
 
 ObjCounts count_obj(TextScanner section) {
+  if (const auto plain = plain_obj_counts({section.at(), section.left()})) return *plain;
   ObjCounts counts;
   walk_statements(section, [&](const char* start) {
     const char* const end = section.end();

@@ -2,12 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <functional>
 #include <optional>
 
 #include "core/counted.h"
 #include "core/large_array.h"
+#include "core/parallel.h"
 #include "formats/element_runs.h"
 #include "formats/file_marks.h"
+#include "formats/float_rows.h"
 #include "formats/mesh_builder.h"
 #include "formats/obj.h"
 #include "formats/obj_material.h"
@@ -30,6 +34,7 @@ class ObjReader {
     if (const Status parsed = parse_sections(); !parsed) return parsed.error();
     read_marks();
     if (const Status gathered = gather_vertices(); !gathered) return gathered.error();
+    const bool plain = all_plain();
     for (std::size_t s = 0; s < sections_.size(); ++s) {
       // Without a single normal in the file, its faces have none.
       if (mesh_.normals.empty()) {
@@ -37,7 +42,8 @@ class ObjReader {
         lost_normals_ += named.size() - static_cast<std::size_t>(std::count(
                                             named.begin(), named.end(), FaceBuilder::kNoNormal));
       }
-      if (const Status built = build_faces(s); !built) return built.error();
+      const Status built = plain ? take_plain_faces(sections_[s]) : build_faces(s);
+      if (!built) return built.error();
     }
     if (const Status finished = finish(); !finished) return finished.error();
     return std::move(mesh_);
@@ -104,14 +110,20 @@ class ObjReader {
     std::size_t faces = 0;
     for (const ObjSection& section : sections_) faces += section.faces;
     if (Status fits = mesh_fits(vertices, faces, options_, whole_.place()); !fits) return fits;
-    reserve_large(mesh_.triangles, std::min(faces, options_.max_triangles));
+    const std::function<void(double)> nobody;
+    const ProgressSpan span(nobody, 0, 1);  // clearing memory is no progress
+    const std::size_t triangles = std::min(faces, options_.max_triangles);
+    reserve_large(mesh_.triangles, triangles);
+    clear_large_pages(mesh_.triangles.data(), triangles * sizeof(mesh_.triangles[0]),
+                      options_.threads);
     if (sections_.size() == 1) {
       mesh_.positions = std::move(sections_[0].positions);
       mesh_.normals = std::move(sections_[0].normals);
       mesh_.vertex_colors = std::move(sections_[0].colors);
       return ok();
     }
-    mesh_.positions.reserve(vertices);
+    reserve_large(mesh_.positions, vertices);
+    clear_large_pages(mesh_.positions.data(), vertices * sizeof(Vec3), options_.threads);
     for (ObjSection& section : sections_) {
       mesh_.positions.insert(mesh_.positions.end(), section.positions.begin(),
                              section.positions.end());
@@ -131,6 +143,48 @@ class ObjReader {
   Error error_at_face(std::size_t s, std::size_t face, std::string message,
                       ErrorCode code = ErrorCode::kInput) const {
     return {code, std::move(message), whole_.place(find_obj_face(section_text(s), face))};
+  }
+
+  // Whether all faces are triangles of vertices, and normals, that are there.
+  bool all_plain() {
+    std::size_t faces = 0;
+    for (const ObjSection& section : sections_) {
+      faces += section.faces;
+      const bool with_normals = !mesh_.normals.empty();
+      if (!section.face_sizes.empty()) return false;
+      if (with_normals && section.faces > 0 && section.face_normals.empty()) return false;
+    }
+    if (faces > options_.max_triangles) return false;
+    std::atomic<bool> all = true;
+    run_parallel(sections_.size(), thread_count(options_.threads), [&](std::size_t s) {
+      const ObjSection& section = sections_[s];
+      if (section.faces == 0) return;
+      const bool there =
+          range_of(section.face_vertices)[1] < mesh_.positions.size() &&
+          (mesh_.normals.empty() || range_of(section.face_normals)[1] < mesh_.normals.size());
+      if (!there) all = false;
+    });
+    return all;
+  }
+
+  // The faces of a section, where all_plain(): as they are.
+  Status take_plain_faces(ObjSection& section) {
+    auto event = section.events.begin();
+    for (std::size_t face = 0; face < section.faces || event != section.events.end();) {
+      for (; event != section.events.end() && event->face == face; ++event) {
+        if (const Status taken = take_event(section, *event); !taken) return taken;
+      }
+      const std::size_t next = event == section.events.end() ? section.faces : event->face;
+      if (next == face) continue;
+      if (!element_) element_ = elements_.named(group_, material_, ours_);
+      builder_.add_triangles(
+          {section.face_vertices.data() + 3 * face, 3 * (next - face)},
+          mesh_.normals.empty() ? nullptr : section.face_normals.data() + 3 * face, *element_);
+      face = next;
+    }
+    section.face_vertices = {};
+    section.face_normals = {};
+    return ok();
   }
 
   Status build_faces(std::size_t s) {

@@ -8,6 +8,7 @@
 #include "formats/mesh_builder.h"
 #include "formats/off.h"
 #include "formats/off_rows.h"
+#include "formats/plain_lines.h"
 #include "formats/text_scanner.h"
 #include "formats/text_sections.h"
 
@@ -164,6 +165,7 @@ class OffReader {
     SectionQueue<OffRows> sections(
         text_, options_,
         [](TextScanner section) {
+          if (const auto plain = plain_row_count({section.at(), section.left()})) return *plain;
           std::size_t rows = 0;
           for (; section.more(); section.skip_line()) rows += *section.at() == '#' ? 0 : 1;
           return rows;

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 
+#include "formats/plain_lines.h"
 #include "formats/ply_values.h"
 
 namespace diesink {
 namespace {
 
 std::size_t count_rows(TextScanner text) {
+  if (const auto plain = plain_row_count({text.at(), text.left()})) return *plain;
   std::size_t rows = 0;
   while (text.more()) {
     ++rows;

@@ -98,7 +98,7 @@ class SectionQueue {
 
  private:
   // Small enough that its rows are still in the cache when they are handed out.
-  static constexpr std::size_t kMostSection = std::size_t{1} << 20;
+  static constexpr std::size_t kMostSection = std::size_t{1} << 17;
 
   enum class State : std::uint8_t { kFree, kBegun, kRead, kFailed };
   struct Slot {
