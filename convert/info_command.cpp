@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/App.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -19,6 +20,7 @@ namespace {
 struct Options {
   std::string file;
   MeshInputOptions in;
+  bool crossings = false;
 };
 
 ExitStatus tell_program(std::span<const std::byte> bytes, const std::string& path,
@@ -50,8 +52,16 @@ ExitStatus tell_mesh(std::span<const std::byte> bytes, const Options& options,
     const ProgressSpan span(progress.told(), 0, 1);
     return topology_of(file.value->mesh);
   }();
-  return print(common.json ? mesh_info_json(*file.value, topology, diagnostics)
-                           : mesh_info(*file.value, topology));
+  std::optional<MeshCrossings> crossings;
+  if (options.crossings) {
+    const Progress progress("looking for crossings", common.quiet,
+                            {static_cast<double>(file.value->mesh.triangles.size()), "triangles"});
+    const ProgressSpan span(progress.told(), 0, 1);
+    crossings = find_crossings(file.value->mesh, common.threads);
+  }
+  const MeshCrossings* const found = crossings ? &*crossings : nullptr;
+  return print(common.json ? mesh_info_json(*file.value, topology, diagnostics, found)
+                           : mesh_info(*file.value, topology, found));
 }
 
 ExitStatus run(const Options& options, const CommonOptions& common) {
@@ -67,6 +77,8 @@ Run setup(CLI::App& app) {
   app.add_option("FILE", options->file, "part program or mesh, told by its content; - is stdin")
       ->required()
       ->type_name("");
+  app.add_flag("--crossings", options->crossings,
+               "of a mesh, also tell the triangles that cross one another");
   add_mesh_input_options(app, options->in);
   return [options](const CommonOptions& common) { return run(*options, common); };
 }

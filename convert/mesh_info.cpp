@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "convert/mesh_info.h"
 
+#include <array>
 #include <string_view>
 
 #include "convert/point_text.h"
@@ -36,9 +37,17 @@ std::string names_text(const TriangleMesh& mesh) {
   return named == 0 ? "none" : text;
 }
 
+std::string crossings_text(const MeshCrossings& crossings) {
+  if (crossings.pairs == 0) return "none";
+  return counted(crossings.pairs, "pair|pairs| of triangles, ") + "the first " +
+         std::to_string(crossings.first[0]) + " and " + std::to_string(crossings.first[1]) +
+         " near " + point_text(crossings.at);
+}
+
 }  // namespace
 
-std::string mesh_info(const MeshFile& file, const MeshTopology& topology) {
+std::string mesh_info(const MeshFile& file, const MeshTopology& topology,
+                      const MeshCrossings* crossings) {
   const auto count = [](std::size_t number) { return std::to_string(number); };
   const auto told = [](std::string_view name) {
     return name == "unknown" ? std::string("not told") : std::string(name);
@@ -54,6 +63,7 @@ std::string mesh_info(const MeshFile& file, const MeshTopology& topology) {
   if (topology.lines > 0) text += "  lines       " + count(topology.lines) + " segments\n";
   text += "  shells      " + count(topology.shells) + "\n";
   text += "  watertight  " + (topology.watertight ? "yes" : "no: " + topology.why_not) + "\n";
+  if (crossings != nullptr) text += "  crossings   " + crossings_text(*crossings) + "\n";
   text += "  area        " + to_text(topology.area) + "\n";
   text += "  volume      " +
           (topology.watertight ? to_text(topology.volume) : "unknown: not watertight") + "\n";
@@ -64,7 +74,7 @@ std::string mesh_info(const MeshFile& file, const MeshTopology& topology) {
 }
 
 std::string mesh_info_json(const MeshFile& file, const MeshTopology& topology,
-                           const Diagnostics& diagnostics) {
+                           const Diagnostics& diagnostics, const MeshCrossings* crossings) {
   JsonWriter json;
   json.begin_object()
       .field("format", file.format->id)
@@ -92,6 +102,19 @@ std::string mesh_info_json(const MeshFile& file, const MeshTopology& topology,
       .field("flat", topology.flat)
       .field("duplicates", topology.duplicates)
       .field("unused_vertices", vertices_alone(file.mesh));
+  if (crossings != nullptr) {
+    json.field("crossing_pairs", crossings->pairs)
+        .field("crossing_triangles", crossings->triangles)
+        .key("first_crossing");
+    if (crossings->pairs == 0) {
+      json.null();
+    } else {
+      const auto [x, y, z] = std::array{crossings->at.x(), crossings->at.y(), crossings->at.z()};
+      json.begin_object().key("triangles").begin_array();
+      for (const std::uint32_t t : crossings->first) json.value(std::size_t{t});
+      json.end_array().key("at").begin_array().value(x).value(y).value(z).end_array().end_object();
+    }
+  }
   json.key("warnings").begin_array();
   for (const Diagnostic& each : diagnostics.all()) json.value(to_text(each));
   json.end_array().end_object();

@@ -42,6 +42,20 @@ class Convert(CommandLineTest):
         found = re.findall(r"^v (\S+) (\S+) (\S+)$", (self.folder / name).read_text(), re.M)
         return sorted(tuple(float(number) for number in each) for each in found)
 
+    def test_info_tells_triangles_that_cross(self):
+        source = self.write("in.obj", TETRA)
+        self.assertNotIn(b"crossing", self.run_program("info", source, "--json").stdout)
+        self.assertIn("crossings   none", self.run_program("info", source, "--crossings").stdout.decode())
+        # A triangle through the slanted face alone.
+        through = self.write("through.obj", TETRA + "v 0.5 0.5 0.5\nv 2 2 2\nv 2 2.5 2\nf 5 6 7\n")
+        text = self.run_program("info", through, "--crossings").stdout.decode()
+        self.assertRegex(text, r"crossings   1 pair of triangles, the first 2 and 4 near 0\.\d+, ")
+        told = json.loads(self.run_program("info", through, "--crossings", "--json").stdout)
+        self.assertEqual((told["crossing_pairs"], told["crossing_triangles"]), (1, 2))
+        self.assertEqual(told["first_crossing"]["triangles"], [2, 4])
+        x, y, z = told["first_crossing"]["at"]
+        self.assertAlmostEqual(x / 2 + y / 3 + z / 4, 1)
+
     def test_every_pair_of_formats_keeps_the_triangles(self):
         rows = json.loads(self.run_program("formats", "--json").stdout)["formats"]
         source = self.write("in.obj", TETRA)
