@@ -70,7 +70,7 @@ struct ArrangementOptions {
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
   SearchBudget budget;
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
-  bool may_widen = false;      // least cells 16 times as wide, told, before that is an error
+  bool may_widen = false;      // instead: least cells are wider there, told
   int threads = 0;             // 0 = all cores
   // Sides of the box that are cuts between tiles: bottom, right, top, left. Not owned.
   std::array<const Seam*, 4> seams{};

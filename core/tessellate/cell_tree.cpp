@@ -22,6 +22,7 @@ constexpr int kOpenLevels = 5;
 // What a variant adds to the one and takes off the other.
 constexpr double kOtherCut = 0.0021;
 constexpr double kWider = 16;  // least cells of what is grown anew (SearchBudget::cells)
+constexpr double kWidest = 1 << 20;
 
 // The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
 // in it is close to its chord, so that points of the chord lead to points of the arc.
@@ -200,7 +201,7 @@ void CellTree::grow_all(const std::vector<Seed>& seeds) {
         divide(sprout.cells, 0);
         for (std::int32_t k = 0; k < 4; ++k) grow(sprout, 1 + k, seed.steps);
       }
-      if (sprout.stopped && !stopped && limits_.may_widen && sprout.wider == 1) {
+      if (sprout.stopped && !stopped && limits_.may_widen && sprout.wider < kWidest) {
         sprout.stopped = false;
         continue;
       }
@@ -212,6 +213,11 @@ void CellTree::grow_all(const std::vector<Seed>& seeds) {
     for (const Seed& seed : seeds) {
       Sprout sprout;
       sprout.most_cells = limits_.most_cells > cells.size() ? limits_.most_cells - cells.size() : 1;
+      if (limits_.may_widen) {
+        // Those after a greedy one get something, too; what joining adds has a budget of its own.
+        sprout.most_cells = std::max(sprout.most_cells, limits_.most_cells / (8 * seeds.size()));
+        if (seed.divide) sprout.most_cells = limits_.most_of_a_seed;
+      }
       sprout.stopped = stopped;
       run(seed, sprout);
       take(std::move(sprout), seed.cell);

@@ -63,7 +63,7 @@ struct TreeLimits {
   int variant = 0;   // cells are cut elsewhere for each
   std::size_t most_of_a_seed = SearchBudget().cells;  // SearchBudget::cells
   std::size_t most_cells = 0;  // where there would be more the tree stops; 0 = no limit
-  bool may_widen = false;      // with wider least cells first
+  bool may_widen = false;      // instead: parts of it are grown with wider least cells
   int threads = 0;             // 0 = all cores; the tree is the same for any number
 };
 

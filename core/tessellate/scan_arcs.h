@@ -34,4 +34,9 @@ bool is_base(const CompoundSurface::Impl& surface, Label label);
 ScanArcs cut_arcs(const CompoundSurface::Impl& surface, const ScanSheet& sheet, double least,
                   Arrangement& arrangement);
 
+// The same for the straight chords that untangle() has made of the arcs: what their nodes lie on.
+// Needs: `cut` of the arcs before; reach: how far nodes may have moved in plan.
+ScanArcs place_chords(const CompoundSurface::Impl& surface, const ScanSheet& sheet,
+                      const ScanArcs& cut, double reach, const Arrangement& chords);
+
 }  // namespace diesink

@@ -25,6 +25,7 @@ class SheetSplitter {
         samples_(samples),
         sheet_(sheet),
         arcs_(arcs),
+        inside_(sheet.triangles.size()),
         touched_(arcs.touched) {}
 
   Result<ScanCut> run();
@@ -43,18 +44,24 @@ class SheetSplitter {
 
   void add_loops();
   void cover(const std::vector<std::uint32_t>& run, std::uint32_t end);
+  bool add_beyond();
   void add_untouched();
   void add_touched();
   [[nodiscard]] double area_off_sheet(const std::array<std::uint32_t, 3>& t) const;
   Result<bool> triangulate();
   [[nodiscard]] Error crosses_itself() const;
   Status mark_seen();
+  void measure_unproven();
+  [[nodiscard]] bool has_beyond() const { return sheet_.triangles.size() > inside_; }
 
   const Impl& surface_;
   const Arrangement& arrangement_;
   const ArcSamples& samples_;
-  const ScanSheet& sheet_;
+  ScanSheet sheet_;
   const ScanArcs& arcs_;
+  std::size_t inside_;          // triangles of the scan; what follows lies beyond its border
+  bool wants_beyond_ = false;   // a chord passes over the border
+  std::vector<char> doubtful_;  // of the cut's triangles: may be no piece of one of the sheet
   ScanCut out_;
   std::vector<std::uint32_t> local_vertex_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_arc_;
@@ -112,7 +119,7 @@ void SheetSplitter::add_loops() {
           if (!on_loops_.insert(pair_key(a, b)).second) continue;
           segments_.push_back({a, b});
           const bool ends = arc.border || arc.curves[stretch].type == CurveType::kOutline;
-          if (!ends) segments_.push_back({b, a});
+          if (!ends || has_beyond()) segments_.push_back({b, a});
         } while (k != 0);
       }
     }
@@ -134,6 +141,49 @@ void SheetSplitter::cover(const std::vector<std::uint32_t>& run, std::uint32_t e
   }
   covered_.insert(pair_key(run.front(), end));
   covered_.insert(pair_key(end, run.front()));
+}
+
+// What lies beyond the border of the sheet as triangles, too, as far as a frame round all. Chords
+// that pass over the border cut them as they cut the scan; of what is seen there the area is told.
+// False where the border crosses itself.
+bool SheetSplitter::add_beyond() {
+  std::vector<std::uint32_t> number(sheet_.points.size(), kNone), used;
+  std::vector<Vec2> points;
+  PlanBox box = arrangement_.box;
+  double low = HUGE_VAL;
+  const auto of = [&](std::uint32_t v) {
+    if (number[v] == kNone) {
+      number[v] = static_cast<std::uint32_t>(points.size());
+      const Vec3& p = sheet_.points[v];
+      points.emplace_back(p.head<2>());
+      used.push_back(v);
+      box = {std::fmin(box.x0, p.x()), std::fmax(box.x1, p.x()), std::fmin(box.y0, p.y()),
+             std::fmax(box.y1, p.y())};
+      low = std::fmin(low, p.z());
+    }
+    return number[v];
+  };
+  std::vector<PlanarTriangulation::Segment> segments;
+  for (std::uint32_t h = 0; h < sheet_.twin.size(); ++h) {
+    if (sheet_.twin[h] == kNone) segments.push_back({of(sheet_.to(h)), of(sheet_.from(h))});
+  }
+  const double margin = 0.1 * (box.x1 - box.x0 + box.y1 - box.y0);
+  const auto frame = static_cast<std::uint32_t>(points.size());
+  for (const Vec2& p :
+       {Vec2(box.x0 - margin, box.y0 - margin), Vec2(box.x1 + margin, box.y0 - margin),
+        Vec2(box.x1 + margin, box.y1 + margin), Vec2(box.x0 - margin, box.y1 + margin)}) {
+    points.push_back(p);
+    used.push_back(static_cast<std::uint32_t>(sheet_.points.size()));
+    sheet_.points.emplace_back(p.x(), p.y(), low);
+  }
+  for (std::uint32_t k = 0; k < 4; ++k) segments.push_back({frame + k, frame + (k + 1) % 4});
+  PlanarTriangulation beyond;
+  if (!beyond.build(points, segments).empty()) return false;
+  for (const auto& t : beyond.triangles())
+    sheet_.triangles.push_back({used[t[0]], used[t[1]], used[t[2]]});
+  sheet_.make_twins();
+  touched_.resize(sheet_.triangles.size(), 1);
+  return true;
 }
 
 void SheetSplitter::add_untouched() {
@@ -225,8 +275,8 @@ Result<bool> SheetSplitter::triangulate() {
     if (wrong.empty()) {
       for (const auto& t : triangulation.triangles()) {
         out_.sheet.triangles.push_back({used[t[0]], used[t[1]], used[t[2]]});
-        if (!proven) out_.unproven_area += area_off_sheet(out_.sheet.triangles.back());
       }
+      doubtful_.resize(out_.sheet.triangles.size(), !proven || has_beyond() ? 1 : 0);
       return true;
     }
     std::unordered_set<std::uint64_t> there, gone;
@@ -247,13 +297,21 @@ Result<bool> SheetSplitter::triangulate() {
           continue;
         }
         const std::uint32_t twin = sheet_.twin[half[s]];
-        if (twin == kNone) return crosses_itself();
+        if (twin == kNone) {
+          if (has_beyond()) return crosses_itself();
+          wants_beyond_ = true;
+          return false;
+        }
         touched_[twin / 3] = 1;
         wider = true;
       }
     }
     if (wider) return false;
-    if (gone.empty() && stops.empty()) break;
+    if (gone.empty() && stops.empty()) {
+      if (has_beyond()) break;
+      wants_beyond_ = true;  // loops that run beside the border instead of along it
+      return false;
+    }
     proven = proven && gone.empty();
     std::vector<PlanarTriangulation::Segment> rest;
     std::vector<std::uint32_t> rest_half;
@@ -338,8 +396,15 @@ Status SheetSplitter::mark_seen() {
   return ok();
 }
 
+void SheetSplitter::measure_unproven() {
+  for (std::size_t t = 0; t < doubtful_.size(); ++t) {
+    if (doubtful_[t] && out_.base[t]) out_.unproven_area += area_off_sheet(out_.sheet.triangles[t]);
+  }
+}
+
 Result<ScanCut> SheetSplitter::run() {
   for (;;) {
+    if (wants_beyond_ && !has_beyond() && !add_beyond()) return crosses_itself();
     out_ = {};
     local_vertex_.assign(sheet_.points.size(), kNone);
     local_arc_.clear();
@@ -351,12 +416,14 @@ Result<ScanCut> SheetSplitter::run() {
     add_loops();
     if (segments_.empty()) return std::move(out_);
     add_untouched();
+    doubtful_.assign(out_.sheet.triangles.size(), 0);
     add_touched();
     const Result<bool> done = triangulate();
     if (!done) return done.error();
     if (*done) break;
   }
   if (const Status done = mark_seen(); !done) return done.error();
+  measure_unproven();
   return std::move(out_);
 }
 

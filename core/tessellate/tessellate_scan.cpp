@@ -25,6 +25,7 @@
 #include "core/tessellate/scan_arcs.h"
 #include "core/tessellate/scan_mesh.h"
 #include "core/tessellate/seam.h"
+#include "core/tessellate/untangle.h"
 
 namespace diesink {
 namespace {
@@ -50,8 +51,11 @@ struct Way {
 constexpr Way kWays[] = {{0.1, 0, 0}, {0.15, 1, 0}, {0.05, 2, 0}, {0.1, 0, 0.3}, {0.02, 3, 0.45}};
 // What the wall under a rim looks like is the same in all tiles.
 constexpr Way kTileWays[] = {{0.1, 0, 0}, {0.1, 1, 0}, {0.1, 2, 0}, {0.1, 0, 0.3}, {0.1, 3, 0.45}};
-// Of the plan: where more is not certified the other ways are tried, too.
-constexpr double kToldArea = 1e-9;
+// Of the plan, and of what the sheet itself leaves unproven, which no other way does much better:
+// where more is not certified the other ways are tried, too.
+constexpr double kToldArea = 1e-9, kToldBesideSheet = 0.25;
+// Of the size: how far untangle() moves nodes, and how far beside an edge they were on it.
+constexpr double kChordReach = 5e-10;
 // Of the tolerance: what a seam between tiles leaves the chords and faces beside it, whatever the
 // sheets of the two have taken. (No sheet takes more than kWays has, but for what it moves.)
 constexpr double kSeamShare = 0.3;
@@ -136,7 +140,39 @@ Error nothing_there(const CompoundSurface& surface) {
       ErrorCode::kInput, "no triangle of the scan lies in the domain", {surface.program().file}};
 }
 
-// One way through; may_differ tells whether other shares may do where it fails.
+// The faces between the arcs, the base first.
+struct Faces {
+  std::vector<RegionMesh> meshes;
+  double base_bound = 0;  // of the base: off the sheet along vertical lines
+};
+
+struct FaceOptions {
+  RegionOptions regions;
+  ThinOptions thin;
+  double sag = 0;  // of the arcs
+};
+
+Result<Faces> mesh_faces(const CompoundSurface& surface, const ScanSheet& sheet,
+                         const Arrangement& arrangement, const ScanArcs& arcs, ArcSamples& samples,
+                         FaceOptions options) {
+  Result<ScanCut> cut = cut_sheet(surface.impl(), arrangement, samples, sheet, arcs);
+  if (!cut) return cut.error();
+  const double budget = options.regions.tolerance, most_sag = kMostSag * options.sag;
+  options.thin.tolerance = std::fmax(kLeastSheetShare * budget,
+                                     budget - std::fmax(most_sag, largest_bound(samples, *cut)));
+  Faces faces;
+  faces.base_bound = thin_cut(*cut, arrangement, samples, options.thin, most_sag);
+  Result<std::vector<RegionMesh>> regions =
+      mesh_regions(surface.impl(), arrangement, samples, options.regions);
+  if (!regions) return regions.error();
+  faces.meshes = std::move(*regions);
+  RegionMesh base = mesh_base(samples, *cut, options.thin.feature_angle);
+  base.largest_deviation += faces.base_bound;
+  if (!base.triangles.empty()) faces.meshes.insert(faces.meshes.begin(), std::move(base));
+  return faces;
+}
+
+// One way through; may_differ tells whether another may do where it fails, or do better.
 Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box,
                              const TessellationOptions& options, const Way& way, bool& may_differ) {
   may_differ = false;
@@ -205,6 +241,8 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   arrangement_options.budget = options.budget;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
   arrangement_options.may_widen = !tiled && &way == kWays;
+  arrangement_options.budget.added =
+      std::min(options.budget.added, arrangement_options.most_cells / 4);
   for (std::size_t side = 0; side < 4; ++side) {
     if (seams[side]) arrangement_options.seams[side] = &*seams[side];
   }
@@ -221,7 +259,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
                  "a cut between tiles runs along what cannot be told apart at the least distance",
                  {original.program().file}};
   }
-  const ScanArcs arcs = cut_arcs(surface.impl(), sheet, arrangement_options.least, *arrangement);
+  ScanArcs arcs = cut_arcs(surface.impl(), sheet, arrangement_options.least, *arrangement);
   const double evaluate = seconds_since(start);
   start = std::chrono::steady_clock::now();
   tell(0.4);
@@ -232,37 +270,40 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   sampling.sag = sampling.flat_sag = kArcShare * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
-  ArcSamples samples(surface.impl(), *arrangement, sampling);
-  samples.sample_all(options.threads);
+  std::optional<ArcSamples> samples;
+  samples.emplace(surface.impl(), *arrangement, sampling);
+  samples->sample_all(options.threads);
   tell(0.5);
   may_differ = true;
 
-  Result<ScanCut> cut = cut_sheet(surface.impl(), *arrangement, samples, sheet, arcs);
-  if (!cut) return cut.error();
-  const double most_sag = kMostSag * sampling.sag;
-  thin.tolerance = std::fmax(kLeastSheetShare * budget,
-                             budget - std::fmax(most_sag, largest_bound(samples, *cut)));
-  const double thinned = thin_cut(*cut, *arrangement, samples, thin, most_sag);
-  tell(0.7);
-
-  RegionOptions region_options;
-  region_options.tolerance = budget;
-  region_options.shortest = sampling.shortest;
-  region_options.least_altitude = least_altitude(surface);
-  region_options.threads = options.threads;
-  region_options.skip_base = true;
-  Result<std::vector<RegionMesh>> regions =
-      mesh_regions(surface.impl(), *arrangement, samples, region_options);
-  if (!regions) return regions.error();
-  RegionMesh base = mesh_base(samples, *cut, feature_angle);
-  base.largest_deviation += thinned;
-  if (!base.triangles.empty()) regions->insert(regions->begin(), std::move(base));
+  FaceOptions face_options;
+  face_options.thin = thin;
+  face_options.sag = sampling.sag;
+  face_options.regions.tolerance = budget;
+  face_options.regions.shortest = sampling.shortest;
+  face_options.regions.least_altitude = least_altitude(surface);
+  face_options.regions.threads = options.threads;
+  face_options.regions.skip_base = true;
+  Result<Faces> faces = mesh_faces(surface, sheet, *arrangement, arcs, *samples, face_options);
+  if (!faces) {
+    std::optional<Arrangement> chords = untangle(surface.impl(), *arrangement, *samples, 0);
+    if (!chords) return faces.error();
+    samples.reset();
+    *arrangement = std::move(*chords);
+    arcs = place_chords(surface.impl(), sheet, arcs, kChordReach * surface.size(), *arrangement);
+    samples.emplace(surface.impl(), *arrangement, sampling);
+    samples->sample_all(options.threads);
+    face_options.regions.to_the_end = true;
+    faces = mesh_faces(surface, sheet, *arrangement, arcs, *samples, face_options);
+  }
+  if (!faces) return faces.error();
+  const std::vector<RegionMesh>& regions = faces->meshes;
   tell(0.9);
 
-  Result<Tessellation> made = assemble(surface, *arrangement, samples, *regions, options);
+  Result<Tessellation> made = assemble(surface, *arrangement, *samples, regions, options);
   if (!made) {
     double lowest = HUGE_VAL;
-    for (const RegionMesh& r : *regions) {
+    for (const RegionMesh& r : regions) {
       for (const Vec3& p : r.position) lowest = std::fmin(lowest, p.z());
     }
     may_differ = !options.floor || *options.floor < lowest;
@@ -271,11 +312,11 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   TessellationReport& report = made->report;
   report.tolerance = tolerance;
   report.crease_offset = crease_offset;
-  report.certified_deviation = samples.largest_deviation;
+  report.certified_deviation = samples->largest_deviation;
   for (ElementReport& e : report.elements) {
     if (e.max_deviation > 0) e.max_deviation += moved;  // walls know their chords'
   }
-  for (const RegionMesh& r : *regions) {
+  for (const RegionMesh& r : regions) {
     report.certified_deviation = std::fmax(report.certified_deviation, r.largest_deviation);
     const std::string name = surface.element_name(r.label);
     for (ElementReport& e : report.elements) {
@@ -283,11 +324,14 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     }
   }
   report.certified_deviation += moved;
-  add_doubts(surface, *arrangement, samples, *regions, report.certified_deviation, report);
+  add_doubts(surface, *arrangement, *samples, regions, report.certified_deviation, report);
   // Of what has no place of its own.
   report.uncertified_area +=
       sheet.unproven_area + arcs.unsolved_length * 2 * report.certified_deviation;
   last_check(original, options.threads, *made);
+  may_differ =
+      report.uncertified_area - sheet.unproven_area >
+      kToldArea * (box.x1 - box.x0) * (box.y1 - box.y0) + kToldBesideSheet * sheet.unproven_area;
   report.seconds_evaluate = evaluate;
   report.seconds_tessellate = seconds_since(start);
   tell(1);
@@ -310,14 +354,12 @@ Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanB
   std::optional<Error> first;
   std::optional<Tessellation> best;  // of those not certified all over
   const bool tiled = options.tiles != std::array{1, 1};
-  const double least = kToldArea * (box.x1 - box.x0) * (box.y1 - box.y0);
   bool limit = false;  // too many cells for the scan as it is
   for (const Way& way : tiled ? kTileWays : kWays) {
     if (way.before == 0 ? limit : best.has_value()) continue;
     bool may_differ = false;
     Result<Tessellation> made = attempt(surface, box, options, way, may_differ);
-    if (!made && !may_differ) return made;
-    if (made && made->report.uncertified_area <= least) return made;
+    if (!may_differ) return made;
     if (made && (!best || made->report.uncertified_area < best->report.uncertified_area))
       best.emplace(std::move(*made));
     if (made) continue;

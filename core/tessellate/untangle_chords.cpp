@@ -11,6 +11,11 @@ namespace {
 constexpr double kHot = 0.75;  // grains: no farther from a vertex a chord runs through its pixel
 constexpr int kRounds = 32;    // of splitting what crosses, before the grain grows
 
+// What the arrangement has dropped bounds nothing.
+bool is_gone(const PlanArc& arc) {
+  return !arc.border && arc.left == kNoLabel && arc.right == kNoLabel;
+}
+
 }  // namespace
 
 // A place on the lattice of grains, off the border by one at the least.
@@ -36,7 +41,7 @@ void Untangler::take_points(bool border) {
   std::vector<std::uint32_t> chain;
   for (std::uint32_t a = 0; a < from_.arcs.size(); ++a) {
     const PlanArc& arc = from_.arcs[a];
-    if (arc.border != border) continue;
+    if (arc.border != border || is_gone(arc)) continue;
     samples_.chain(a, chain);
     for (const std::uint32_t p : chain) {
       const ArcPoint& at = samples_.points[p];
@@ -83,6 +88,7 @@ void Untangler::take_chords() {
   std::vector<std::uint32_t> chain;
   for (std::uint32_t a = 0; a < from_.arcs.size(); ++a) {
     const PlanArc& arc = from_.arcs[a];
+    if (is_gone(arc)) continue;
     samples_.chain(a, chain);
     for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
       const std::uint32_t u = vertex_of_[chain[k]], v = vertex_of_[chain[k + 1]];
