@@ -62,6 +62,8 @@ class RegionMesher {
   std::vector<Chord> chords_of_tight();
   void renew_border_bounds();
   bool make_fan(const std::vector<PlanarTriangulation::Segment>& border);
+  bool make_fan_around(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);
+  bool make_fan_between(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);
   [[nodiscard]] std::vector<Chord> chords_of_fan() const;
   void finish_fan();
   void insert_apex();
@@ -96,7 +98,11 @@ class RegionMesher {
   std::vector<Vec2> points_;
   std::vector<double> spacing_;                           // of each vertex, chart length
   std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
-  std::vector<std::array<std::uint32_t, 3>> fan_;  // about a cone's apex, in place of all else
+  struct FanPiece {
+    std::array<std::uint32_t, 3> triangle;
+    std::array<std::uint32_t, 2> across;  // the chord of the border that makes it finer
+  };
+  std::vector<FanPiece> fan_;  // about a cone's apex, in place of all else
   bool built_ = false, broken_ = false, urgent_ = false, in_plan_ = false;
   mutable bool tight_ = false;  // arcs leave some triangle no room
   int turned_rounds_ = 0, tight_rounds_ = 0;

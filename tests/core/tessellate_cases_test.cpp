@@ -98,6 +98,27 @@ TEST(DegenerateDies, RimsUnderAnUprightRulingAreCertified) {
   }
 }
 
+// Where the apex stands out over the rim or the plane by a hair the side is triangles between
+// rulings, too; refinement took tens of thousands there and was not certified.
+TEST(DegenerateDies, ApexesOutByAHairAreFans) {
+  for (const char* apex : {"25,20,5", "22.071067811865476,27.071067811865476,5"}) {
+    for (const char* radius : {"14.1412", "14.14203"}) {
+      for (const char* plane : {"0", "-30"}) {
+        TessellationOptions options;
+        options.tolerance = 0.05;
+        const Result<Tessellation> made = tessellate(
+            surface_of("SOLID-DEF\n" + cone("K", "15,20,-5", apex, radius) + "BSURF-DEF\nPLANE," +
+                       plane + "\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n"),
+            options);
+        const std::string which = std::string(apex) + " " + radius + " " + plane;
+        ASSERT_TRUE(made) << which;
+        EXPECT_EQ(made->report.uncertified_area, 0) << which;
+        EXPECT_LT(made->mesh.triangles.size(), 4000u) << which;
+      }
+    }
+  }
+}
+
 // A part moved by 1e6 has the same elements, curves and corners, but for the rounding of its own
 // coordinates, 1e-10 there; how many triangles it takes may hang on that. What is a thousandth of a
 // millimetre has only a few digits there.

@@ -140,6 +140,12 @@ inline std::vector<NamedCase> named_cases() {
            "BSURF-DEF\nPLANE,-30\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n"
            "TOLER,.05\n",
        0.05},
+      // Its apex stands out over the rim by a hair: two rulings all but upright side by side.
+      {"ConeApexOutByAHair",
+       "SOLID-DEF\n" + cone("K", "15,20,-5", "22.0711,27.0711,5", "14.1421") +
+           "BSURF-DEF\nPLANE,-30\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n"
+           "TOLER,.05\n",
+       0.05},
       {"ConeWithARulingAlmostUpright", on_plane(cone("K", "15,20,-5", "25,20,5", "14.13"), "+K")},
       {"PocketOfAConeWithAnUprightRuling",
        on_plane(cone("K", "15,20,5", "25,20,-5", "14.142135623730951"), "-K")},
