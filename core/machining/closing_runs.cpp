@@ -15,8 +15,9 @@ constexpr std::size_t kFirstStride = 16;  // rows of the lattice
 // Where points lie between the rows, each time the worst of a cell is cut.
 constexpr std::size_t kMostTimes = 6;
 
-double distance_to_move(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const Vec3 d = b - a;
+template <class Vec>
+double distance_to_move(const Vec& p, const Vec& a, const Vec& b) {
+  const Vec d = b - a;
   const double length2 = d.squaredNorm();
   const double t = length2 > 0 ? std::clamp((p - a).dot(d) / length2, 0.0, 1.0) : 0;
   return (a + t * d - p).norm();
@@ -24,13 +25,17 @@ double distance_to_move(const Vec3& p, const Vec3& a, const Vec3& b) {
 
 // The tips that straight moves keep close to the rest, and what makes those moves safe.
 std::vector<Vec3> safe_run(const std::vector<Vec3>& tips, SegmentProfile& profile,
-                           const ClosingOptions& options, double& worst) {
+                           const ClosingOptions& options, double beside, double& worst) {
   std::vector<Vec3> out{tips.front()};
   for (std::size_t i = 0; i + 1 < tips.size();) {
     std::size_t next = i + 1;
     const auto close = [&](std::size_t k) {
       for (std::size_t m = i + 1; m < k; ++m) {
-        if (distance_to_move(tips[m], tips[i], tips[k]) > options.above) return false;
+        if (distance_to_move(tips[m], tips[i], tips[k]) > options.above ||
+            distance_to_move<Vec2>(tips[m].head<2>(), tips[i].head<2>(), tips[k].head<2>()) >
+                beside) {
+          return false;
+        }
       }
       return true;
     };
@@ -52,7 +57,7 @@ double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOpt
     if (stride == 1) ++again;
     std::vector<AddedRun> runs;
     for (const std::vector<Vec3>& tips : left.open_runs(stride)) {
-      AddedRun run{tips.front().y(), safe_run(tips, profile, options, worst)};
+      AddedRun run{tips.front().y(), safe_run(tips, profile, options, left.beside_run(), worst)};
       for (Vec3& tip : run.tips) tip.z() += options.lift;
       runs.push_back(std::move(run));
     }

@@ -161,11 +161,16 @@ void LeftOver::take_open(std::size_t block, std::size_t t, const MoveBins& bins,
           -kInfinity};
       for (std::size_t j = b; j < std::min(b + kPart, j1); ++j) {
         for (std::size_t i = a; i < std::min(a + kPart, i1); ++i) {
-          add(lattice_, j * columns_ + i, {x(i), y(j)});
+          add(lattice_, j * columns_ + i, beyond_lattice(i, j));
           if (between.begin.empty()) continue;
           const std::size_t k = between.begin[(j - j0) * kTile + i - i0];
           if (k == kNone) continue;
           const Cell& cell = cells_[j * columns_ + i];
+          if (cell.border) {
+            std::size_t p = k;
+            for (const Vec2& at : beyond_ends(i, j, between)) add(between, p++, at);
+            continue;
+          }
           for (std::size_t p = k; p < k + std::size_t{cell.nx} * cell.ny; ++p) {
             add(between, p, {between.x[p], between.y[p]});
           }
@@ -213,7 +218,8 @@ bool LeftOver::cover(std::size_t i, std::size_t j, const MoveBins& bins) {
     std::array<double, 4> left;
     bool all = true;
     for (std::size_t c = 0; c < 4 && all; ++c) {
-      const double rho2 = (near.tip[m].head<2>() - at_lattice(corner[c])).squaredNorm();
+      const double rho2 =
+          (near.tip[m].head<2>() - beyond_lattice(i + c % 2, j + c / 2)).squaredNorm();
       left[c] = near.tip[m].z() + cutter_.height(std::sqrt(rho2));
       all = rho2 <= R * R && left[c] <= lattice_.z[corner[c]] + most;
     }

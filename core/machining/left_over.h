@@ -49,6 +49,8 @@ class LeftOver {
   Rest rest();
 
   [[nodiscard]] double spacing() const { return step_; }
+  // A run may pass its tips by so far in plan, and the rim still meets what is between them.
+  [[nodiscard]] double beside_run() const { return beside_run_ / 2; }
   [[nodiscard]] std::size_t rows() const { return rows_; }
 
  private:
@@ -83,6 +85,7 @@ class LeftOver {
   struct Cell {
     std::uint8_t nx = 1, ny = 1;  // points to a side; 1 and 1 where its corners say enough
     bool smooth = true;           // no edge passes
+    bool border = false;          // the surface ends or the domain does: nx points there instead
     bool open = false;            // of more points than its corners, and they are still to be made
   };
 
@@ -113,6 +116,11 @@ class LeftOver {
   [[nodiscard]] Cell cell_of(std::size_t i, std::size_t j) const;
   // Makes the points of a cell.
   void add_between(std::size_t i, std::size_t j);
+  // Where the surface and the domain end on the sides of a cell.
+  [[nodiscard]] std::vector<Vec2> ends_of(std::size_t i, std::size_t j) const;
+  // A little beyond them: a cutter that comes over these leaves nothing between them.
+  [[nodiscard]] std::vector<Vec2> beyond_ends(std::size_t i, std::size_t j,
+                                              const Between& points) const;
   // Of all cells that are still without.
   void add_between();
   [[nodiscard]] std::size_t tile_of(std::size_t i, std::size_t j) const {
@@ -163,6 +171,17 @@ class LeftOver {
   [[nodiscard]] double x(std::size_t i) const { return x0_ + static_cast<double>(i) * dx_; }
   [[nodiscard]] double y(std::size_t j) const { return y0_ + static_cast<double>(j) * dy_; }
   [[nodiscard]] Vec2 at_lattice(std::size_t k) const { return {x(k % columns_), y(k / columns_)}; }
+  // Where a cutter has to come over for a point of the lattice: on its outer rows and columns,
+  // where the domain may end, a little beyond.
+  [[nodiscard]] Vec2 beyond_lattice(std::size_t i, std::size_t j) const {
+    const double by = beside_run();
+    return {i == 0              ? x0_ - by
+            : i + 1 == columns_ ? x(i) + by
+                                : x(i),
+            j == 0           ? y0_ - by
+            : j + 1 == rows_ ? y(j) + by
+                             : y(j)};
+  }
 
   const CompoundSurface* surface_;
   const OffsetSurface* offset_;
@@ -176,6 +195,8 @@ class LeftOver {
   double step_ = 1;  // at least dx_ and dy_
   double hair_ = 0;  // rounding of the domain's sides
   double rim_ = 0;   // of the way from a tip to its contact
+  double beside_run_ = 0;
+  bool everywhere_ = true;
   std::size_t columns_ = 0, rows_ = 0;
   int most_parts_ = 8;  // to a side of a cell
   Points lattice_;

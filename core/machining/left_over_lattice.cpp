@@ -19,8 +19,8 @@ constexpr int kEdgeParts = 4;
 constexpr double kEdgeCosine = 0.995;
 // Heights further apart than slopes explain, in spacings: there is a wall between.
 constexpr double kWallHeight = 0.5;
-// Of the lattice's step, half the chord that the rim cuts off a line; of what may stay, the most
-// that its way inward costs.
+// Of the lattice's step, half the chord that the rim cuts off a line; of what may stay, a tip's way
+// inward from where its rim would touch the end of the surface only.
 constexpr double kRimChord = 0.75, kRimPart = 0.05;
 
 // Normals between these cosines are of slopes, where what stands straight up is more than what
@@ -29,6 +29,11 @@ constexpr double kLeastCosine = 0.05, kSlopeCosine = 0.9, kHair = 1e-6;
 
 // Of the points between the lattice's, one in so many is tried from beside.
 constexpr std::size_t kBesideStep = 3;
+
+// Corners of a cell at the ends of its sides.
+constexpr std::array<std::array<std::size_t, 2>, 4> kSides{{{0, 1}, {0, 2}, {1, 3}, {2, 3}}};
+// The place on a side where the surface ends, to a millionth of the side.
+constexpr int kEndHalves = 20;
 
 double square(double v) { return v * v; }
 
@@ -111,7 +116,8 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
       cutter_(cutter),
       domain_(domain),
       limits_(limits),
-      threads_(threads) {
+      threads_(threads),
+      everywhere_(places.empty()) {
   double x1 = -kInfinity, y1 = -kInfinity;
   x0_ = y0_ = kInfinity;
   for (const Vec2& c : domain.corners()) {
@@ -148,7 +154,9 @@ LeftOver::LeftOver(const CompoundSurface& surface, const OffsetSurface& offset,
   const double R = cutter.radius();
   reach_ = {x0_ - R, x(columns_ - 1) + R, y0_ - R, y(rows_ - 1) + R};
   hair_ = 1e-9 * R;
-  rim_ = std::min(kRimChord * kRimChord * step_ * step_ / (2 * R), kRimPart * limits.limit) / R;
+  const double inward = kRimPart * limits.limit;
+  rim_ = inward / R;
+  beside_run_ = inward - std::min(kRimChord * kRimChord * step_ * step_ / (2 * R), inward / 2);
   parallel_blocks(rows_, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t j = begin; j < end; ++j) take_row(j, places);
   });
@@ -160,9 +168,20 @@ LeftOver::Cell LeftOver::cell_of(std::size_t i, std::size_t j) const {
   const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
   double gx = 0, gy = 0, low = kInfinity, high = -kInfinity, least = 1;
   std::array<Vec3, 4> n;
+  const auto none = [&](std::size_t c) { return std::isnan(lattice_.z[c]); };
+  if (std::any_of(corner.begin(), corner.end(), none)) {
+    Cell cell;
+    if (!everywhere_) return cell;
+    for (const auto& [a, b] : kSides) {
+      cell.nx = static_cast<std::uint8_t>(cell.nx + (none(corner[a]) != none(corner[b]) ? 1 : 0));
+    }
+    if (cell.nx > 1) --cell.nx;
+    cell.smooth = false;
+    cell.open = cell.border = cell.nx > 1;
+    return cell;
+  }
   for (std::size_t c = 0; c < 4; ++c) {
     const std::size_t at = corner[c];
-    if (std::isnan(lattice_.z[at])) return {};
     n[c] = Vec3(static_cast<double>(lattice_.nx[at]), static_cast<double>(lattice_.ny[at]),
                 static_cast<double>(lattice_.nz[at]));
     gx = std::max(gx, std::fabs(n[c].x()) / std::max(n[c].z(), 1e-3));
@@ -181,7 +200,7 @@ LeftOver::Cell LeftOver::cell_of(std::size_t i, std::size_t j) const {
     const int count = static_cast<int>(std::max(std::round(along), std::ceil(ridges)));
     return static_cast<std::uint8_t>(std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_));
   };
-  Cell cell{parts(gx), parts(gy), !edge, false};
+  Cell cell{parts(gx), parts(gy), !edge, false, false};
   cell.open = cell.nx * cell.ny > 1;
   return cell;
 }
@@ -211,6 +230,39 @@ void LeftOver::divide_cells() {
   }
 }
 
+std::vector<Vec2> LeftOver::ends_of(std::size_t i, std::size_t j) const {
+  const std::size_t k = j * columns_ + i;
+  const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
+  std::vector<Vec2> out;
+  for (const auto& [a, b] : kSides) {
+    const bool in_a = !std::isnan(lattice_.z[corner[a]]);
+    if (in_a == !std::isnan(lattice_.z[corner[b]])) continue;
+    Vec2 in = at_lattice(corner[in_a ? a : b]), off = at_lattice(corner[in_a ? b : a]);
+    for (int halves = 0; halves < kEndHalves; ++halves) {
+      const Vec2 middle = (in + off) / 2;
+      const Vec3 p = offset_->from_frame({middle.x(), middle.y(), 0});
+      (in_domain(middle) && surface_->at(p.x(), p.y()) ? in : off) = middle;
+    }
+    out.push_back(in);
+  }
+  return out;
+}
+
+std::vector<Vec2> LeftOver::beyond_ends(std::size_t i, std::size_t j, const Between& points) const {
+  const std::size_t k = j * columns_ + i;
+  const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
+  std::size_t p = points.begin[j % kTile * kTile + i % kTile];
+  std::vector<Vec2> out;
+  for (const auto& [a, b] : kSides) {
+    const bool in_a = !std::isnan(lattice_.z[corner[a]]);
+    if (in_a == !std::isnan(lattice_.z[corner[b]])) continue;
+    const Vec2 off = at_lattice(corner[in_a ? b : a]) - at_lattice(corner[in_a ? a : b]);
+    out.push_back(Vec2(points.x[p], points.y[p]) + beside_run() * off.normalized());
+    ++p;
+  }
+  return out;
+}
+
 void LeftOver::add_between(std::size_t i, std::size_t j) {
   Cell& cell = cells_[j * columns_ + i];
   Between& tile = between_[tile_of(i, j)];
@@ -223,7 +275,16 @@ void LeftOver::add_between(std::size_t i, std::size_t j) {
   tile.resize(count);
   tile.x.resize(count);
   tile.y.resize(count);
-  tile.area.resize(count, static_cast<float>(dx_ * dy_ / (nx * ny)));
+  // Of a cell where the surface ends, half.
+  tile.area.resize(count, static_cast<float>(dx_ * dy_ / (nx * ny) / (cell.border ? 2 : 1)));
+  if (cell.border) {
+    for (const Vec2& at : ends_of(i, j)) {
+      tile.x[k] = at.x();
+      tile.y[k] = at.y();
+      take(tile, k++, at);
+    }
+    return;
+  }
   for (int a = 0; a < nx; ++a) {
     for (int b = 0; b < ny; ++b, ++k) {
       tile.x[k] = x(i) + (a + 0.5) / nx * dx_;

@@ -89,9 +89,7 @@ TEST(WideMeshes, WhatIsCertifiedOverScansHolds) {
   prove_wide_mesh(55, false, HUGE_VAL);
 }
 
-TEST(WideMeshes, NormalsOfWallsAreOnTheirSide) {
-  prove_wide_mesh(58, false, HUGE_VAL);
-}
+TEST(WideMeshes, NormalsOfWallsAreOnTheirSide) { prove_wide_mesh(58, false, HUGE_VAL); }
 
 // Seed 54: the rim of a pocket and the crease in it where another solid stands against its side are
 // one line for 0.0002, with the crease's curve and the base beside it, 6 mm above.
@@ -354,6 +352,11 @@ TEST(RandomParts, NeitherDoPathsOfContacts) {
   plan_and_verify(300030, Base::kNone, PathMethod::kCc);
   // Over a hole beside a wall the cutter touches nothing where equation (6) puts it.
   plan_and_verify(300006, Base::kNone, PathMethod::kCc);
+  // Slivers along the end of the surface (300029, 300053) and along the domain's sides, a part of
+  // the lattice's step wide.
+  for (const std::uint64_t seed : {300029, 300035, 300053, 300089}) {
+    plan_and_verify(seed, Base::kFerguson, PathMethod::kCc);
+  }
 }
 
 }  // namespace
