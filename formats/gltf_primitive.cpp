@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "formats/draco_mesh.h"
+#include "formats/float_rows.h"
 #include "formats/gltf_color.h"
 
 namespace diesink {
@@ -136,6 +137,7 @@ Status GltfPrimitives::set_attributes(const tg::Primitive& primitive,
 
 Status GltfPrimitives::check_indices(const GltfArrays& arrays) const {
   const std::size_t count = arrays.positions.size();
+  if (arrays.indices.empty() || range_of(arrays.indices)[1] < count) return ok();
   for (std::size_t i = 0; i < arrays.indices.size(); ++i) {
     if (arrays.indices[i] >= count) {
       return wrong("has index " + std::to_string(arrays.indices[i]) + " at place " +

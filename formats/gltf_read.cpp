@@ -137,8 +137,9 @@ std::size_t Reader::packed_bytes() const {
 // Adds up what the instances will need before anything is built, so that a few bytes cannot ask for
 // much.
 Status Reader::count_items(const GltfScene& scene) {
-  std::size_t vertices = 0, triangles = 0;
+  std::size_t vertices = 0, triangles = 0, most_in_group = 0;
   for (const GltfInstance& at : scene.instances) {
+    const std::size_t before = scene.ours ? 0 : vertices;
     const auto& primitives = model_.file.meshes[static_cast<std::size_t>(at.mesh)].primitives;
     for (const tg::Primitive& primitive : primitives) {
       const auto position = primitive.attributes.find("POSITION");
@@ -159,6 +160,7 @@ Status Reader::count_items(const GltfScene& scene) {
         any_normals_ = true;
       }
     }
+    most_in_group = std::max(most_in_group, vertices - before);
     if (triangles > options_.max_triangles) {
       return Error{ErrorCode::kLimit,
                    "the scene has more than the " + std::to_string(options_.max_triangles) +
@@ -177,6 +179,7 @@ Status Reader::count_items(const GltfScene& scene) {
     return Error{ErrorCode::kLimit, "the scene needs more memory than allowed",
                  Place{options_.file_name}};
   }
+  weld_.expect(most_in_group);
   mesh_.triangles.reserve(triangles);
   mesh_.triangle_element.reserve(triangles);
   if (any_normals_) mesh_.corner_normals.reserve(triangles);

@@ -23,6 +23,11 @@ class GltfWeld {
   // From here on no vertex is joined to one before.
   void next_group() { first_ = static_cast<std::uint32_t>(mesh_.positions.size()); }
 
+  // A group will be given so many vertices at most; more are taken, too, but cost more time.
+  void expect(std::size_t vertices) {
+    if (join_) make_room(vertices);
+  }
+
   // Of each position the number of the vertex there, equal to the bit, and of its colour; without
   // colours they are white. Needs: no colours, or one a position.
   std::vector<std::uint32_t> vertices(std::span<const Vec3> positions,
