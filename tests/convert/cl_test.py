@@ -1,5 +1,6 @@
 """cl and verify from end to end; G-code through LinuxCNC's own interpreter."""
 # SPDX-License-Identifier: Apache-2.0
+import itertools
 import json
 import math
 import os
@@ -154,9 +155,10 @@ class LinuxCnc(CommandLineTest):
         if ready is None:
             self.skipTest("rs274 is not there")
         program, environment = ready
-        for unit in ("", "UNITS,INCH\n"):  # both tolerances give five decimals
+        # Both tolerances give five decimals.
+        for unit, cutter in itertools.product(("", "UNITS,INCH\n"), ("4,2", "4,0.8", "4,0")):
             part = self.write("ball.part", unit + MACHINED)
-            self.run_program("cl", part, "-o", "a.ngc", "-o", "a.csv")
+            self.run_program("cl", part, "--cutter", cutter, "-o", "a.ngc", "-o", "a.csv")
             self.write("tool.tbl", "T1 P1 Z0 D10\n")
             done = subprocess.run([program, "-t", "tool.tbl", "-g", "a.ngc"], cwd=self.folder, env=environment,
                                   capture_output=True, text=True, timeout=60)

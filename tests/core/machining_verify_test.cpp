@@ -278,6 +278,59 @@ TEST(VerifyPath, APlannedPathPassesAndSeededErrorsAreFound) {
   EXPECT_EQ(verify(plunging, verify_options()).rapid_plunges, 1u);
 }
 
+// On level ground, where what a pass leaves is known: any pass left out is found if that is more
+// than the limit, and no fault is found if it is not.
+TEST(VerifyPath, AnyMissingPassIsFoundWhereItLeavesMoreThanTheLimit) {
+  const double limit = 0.04;
+  for (const auto& d : kCutters) {
+    const CutterShape cutter = shape(d[0], d[1]);
+    for (const double part_of_limit : {0.8, 1.2}) {
+      const double ridge = cutter.corner() > 0 ? part_of_limit * limit : 0, r = cutter.corner();
+      // A flat end leaves nothing, or all of it.
+      const double reach = r > 0 ? cutter.flat() + std::sqrt(ridge * (2 * r - ridge))
+                                 : cutter.flat() * (part_of_limit > 1 ? 1.1 : 0.9);
+      const int gaps = 5;
+      Diagnostics diagnostics;
+      const auto program =
+          parse_part_program("BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB\nMACHI-DEF\nX-RNG,0,20\nY-RNG,0," +
+                                 std::to_string(gaps * reach) + "\n",
+                             "plane.part", diagnostics);
+      ASSERT_TRUE(program);
+      Result<CompoundSurface> made = CompoundSurface::make(*program);
+      const CompoundSurface surface = std::move(made.value());
+      const double depth = program->machining.y_range[1];
+      const TriangleMesh mesh =
+          height_mesh(-4, 24, 3, -4, depth + 4, 3, [](double, double) { return 0.0; });
+      PathOptions options = path_options();
+      options.cutter = {d[0], d[1]};
+      options.cusp.reset();
+      options.interval = depth / gaps * (1 + 1e-9);
+      options.pattern = PathPattern::kOneway;
+      const PlannedPath planned = plan_drop_path(mesh, 0, {0, 20, 0, depth}, options).value();
+      VerifyOptions check = verify_options();
+      check.cutter = options.cutter;
+      check.spacing = depth / gaps / 8;
+      EXPECT_EQ(verify_path(surface, mesh, 0, planned.path, check).value().uncut_area, 0);
+      for (int pass = 0; pass <= gaps; ++pass) {
+        ToolPath missing = planned.path;
+        const std::size_t count = std::erase_if(missing.points, [&](const ClPoint& q) {
+          return std::fabs(q.tip.y() - depth / gaps * pass) < 1e-6;
+        });
+        ASSERT_GE(count, 2u);
+        const VerifyReport found = verify_path(surface, mesh, 0, missing, check).value();
+        if (part_of_limit > 1) {
+          EXPECT_GT(found.uncut_area, 0) << d[1] << " pass " << pass;
+        } else {
+          EXPECT_EQ(found.uncut_area, 0) << d[1] << " pass " << pass;
+        }
+        if (r > 0) {
+          EXPECT_NEAR(found.max_excess, ridge, 1e-5) << d[1] << " pass " << pass;
+        }
+      }
+    }
+  }
+}
+
 TEST(VerifyPath, SameForAnyThreads) {
   const Part p = part();
   const Result<PlannedPath> planned = plan_drop_path(p.mesh, 0, {0, 30, 0, 20}, path_options());
