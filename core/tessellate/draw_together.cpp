@@ -38,7 +38,9 @@ class Tidier {
     for (bool changed = true; changed;) {
       changed = false;
       for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
-        while (is_corner(n) && remove_sliver_at(n)) changed = true;
+        // (What is no sliver before the one that goes is none after it.)
+        for (std::size_t k = 0; is_corner(n) && remove_sliver_at(n, k); k -= k > 0 ? 1 : 0)
+          changed = true;
       }
       for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
         if (is_corner(n) && straighten(n)) changed = true;
@@ -95,13 +97,14 @@ class Tidier {
   bool join_at_gap(std::uint32_t kept, std::uint32_t dropped);
   void take_heights(GraphNode& into, const GraphNode& from) const;
   [[nodiscard]] bool has_curves_of(std::uint32_t corner, std::uint32_t other) const;
-  [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l) const;
+  // (No farther than to the first node more than `reach` from n, where that is given.)
+  [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l, double reach = HUGE_VAL) const;
   [[nodiscard]] bool stays_beside(std::uint32_t n, const Path& path) const;
   std::vector<Vec2> points_of(std::uint32_t start, const Path& path);
   bool is_thin(std::uint32_t start, const Path& a, const Path& b);
   void drop(std::uint32_t start, const Path& path);
   void relabel(std::uint32_t start, const Path& kept, const Path& dropped, bool left, Label label);
-  bool remove_sliver_at(std::uint32_t corner);
+  bool remove_sliver_at(std::uint32_t corner, std::size_t& k);
   bool straighten(std::uint32_t corner);
   void settle(std::uint32_t corner);
   bool move_along(std::uint32_t corner, const Vec2& to);
@@ -173,7 +176,7 @@ void Tidier::join_close() {
 void Tidier::join_doubled_corners() {
   for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
     for (std::size_t k = 0; is_corner(n) && k < graph_.nodes[n].links.size(); ++k) {
-      const Path path = path_from(n, graph_.nodes[n].links[k]);
+      const Path path = path_from(n, graph_.nodes[n].links[k], kReach * options_.least);
       if (path.end == n || !graph_.nodes[path.end].corner ||
           (at(path.end) - at(n)).norm() > near_ || !stays_beside(n, path)) {
         continue;
@@ -204,7 +207,7 @@ void Tidier::join_double_roots() {
   const double reach = kDoubleRoot * surface_.size;
   for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
     for (std::size_t k = 0; is_corner(n) && k < graph_.nodes[n].links.size(); ++k) {
-      const Path path = path_from(n, graph_.nodes[n].links[k]);
+      const Path path = path_from(n, graph_.nodes[n].links[k], kReach * options_.least);
       if (path.end == n || !is_corner(path.end) || !graph_.nodes[n].solved ||
           (at(path.end) - at(n)).norm() > reach || !stays_beside(n, path) ||
           !has_curves_of(n, path.end)) {
@@ -290,7 +293,7 @@ bool Tidier::stays_beside(std::uint32_t n, const Path& path) const {
   });
 }
 
-Tidier::Path Tidier::path_from(std::uint32_t n, std::uint32_t l) const {
+Tidier::Path Tidier::path_from(std::uint32_t n, std::uint32_t l, double reach) const {
   Path path;
   path.links.push_back(l);
   path.end = other_end(l, n);
@@ -298,6 +301,7 @@ Tidier::Path Tidier::path_from(std::uint32_t n, std::uint32_t l) const {
          graph_.nodes[path.end].links.size() == 2) {
     const std::vector<std::uint32_t>& links = graph_.nodes[path.end].links;
     path.between.push_back(path.end);
+    if (!((at(path.end) - at(n)).norm() <= reach)) break;
     l = links[0] == path.links.back() ? links[1] : links[0];
     path.links.push_back(l);
     path.end = other_end(l, path.end);
@@ -404,9 +408,10 @@ void Tidier::relabel(std::uint32_t start, const Path& kept, const Path& dropped,
   }
 }
 
-bool Tidier::remove_sliver_at(std::uint32_t corner) {
+// From the k-th link on, which becomes that of the sliver that has gone.
+bool Tidier::remove_sliver_at(std::uint32_t corner, std::size_t& k) {
   const std::vector<std::uint32_t> links = graph_.nodes[corner].links;
-  for (std::size_t k = 0; k < links.size() && links.size() > 1; ++k) {
+  for (; k < links.size() && links.size() > 1; ++k) {
     const Path a = path_from(corner, links[k]);
     if (a.end == corner && a.links.back() == links[(k + 1) % links.size()]) {
       // Out and back: of no width, or among least cells beside what is left.

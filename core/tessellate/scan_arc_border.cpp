@@ -1,6 +1,7 @@
 // Arcs at the border of the sheet.
 // SPDX-License-Identifier: Apache-2.0
 #include <optional>
+#include <unordered_map>
 
 #include "core/base/exact_plan.h"
 #include "core/tessellate/scan_arc_cutter.h"
@@ -99,12 +100,17 @@ void ArcCutter::follow_border(std::uint32_t a, std::uint32_t b, const PlanCurve&
     return found;
   };
   const std::vector<std::uint32_t> starts = edges_at(a, true), ends = edges_at(b, false);
+  // A way much longer than the stretch is the way round: the ends were only told to the least cell.
+  const double straight = (at(b) - at(a)).norm();
+  const double longest = a != b ? 64 * (straight + 16 * least_) : HUGE_VAL;
   const std::size_t limit = scan_.border_edges().size() + 2;
   std::vector<std::uint32_t> way, shortest;
   bool found = false;
   for (const std::uint32_t start : starts) {
     way = {start};
-    while (way.size() < limit) {
+    double length = 0;  // as far as the end of the last edge but one
+    Vec2 last = at(a);
+    while (way.size() < limit && length <= longest) {
       const std::uint32_t h = way.back();
       if (std::find(ends.begin(), ends.end(), h) != ends.end()) {
         bool ahead = true;  // on the start's own edge b may lie behind a: once round then
@@ -112,26 +118,18 @@ void ArcCutter::follow_border(std::uint32_t a, std::uint32_t b, const PlanCurve&
           const Vec2 d = point(sheet_.to(h)) - point(sheet_.from(h));
           ahead = (d.dot(at(b) - at(a)) >= 0) == base_left_;
         }
-        if (ahead) {
+        if (ahead && length + (at(b) - last).norm() <= longest) {
           if (!found || way.size() < shortest.size()) shortest = way;
           found = true;
           break;
         }
       }
+      const Vec2 next = point(base_left_ ? sheet_.to(h) : sheet_.from(h));
+      length += (next - last).norm();
+      last = next;
       way.push_back(base_left_ ? next_border(h) : previous_border(h));
     }
   }
-  // A way much longer than the stretch is the way round: the ends were only told to the least cell.
-  double length = 0;
-  Vec2 last = at(a);
-  for (std::size_t k = 0; found && k + 1 < shortest.size(); ++k) {
-    const Vec2 next = point(base_left_ ? sheet_.to(shortest[k]) : sheet_.from(shortest[k]));
-    length += (next - last).norm();
-    last = next;
-  }
-  length += (at(b) - last).norm();
-  const double straight = (at(b) - at(a)).norm();
-  if (found && a != b && length > 64 * (straight + 16 * least_)) found = false;
   if (!found) {
     if (straight <= 16 * least_) {
       std::vector<std::uint32_t> t;
@@ -312,9 +310,12 @@ void ArcCutter::part_arc(std::uint32_t a, const std::vector<std::uint32_t>& pass
     whole.closed = false;
   }
   std::size_t from = 0;
+  PlanArc bare = whole;  // what all pieces have
+  bare.nodes.clear();
+  bare.curves.clear();
   for (std::size_t k = 1; k < whole.nodes.size(); ++k) {
     if (k + 1 < whole.nodes.size() && passes[whole.nodes[k]] <= 1) continue;
-    PlanArc piece = whole;
+    PlanArc piece = bare;
     const auto begin = static_cast<std::ptrdiff_t>(from), end = static_cast<std::ptrdiff_t>(k);
     piece.nodes.assign(whole.nodes.begin() + begin, whole.nodes.begin() + end + 1);
     piece.curves.assign(whole.curves.begin() + begin, whole.curves.begin() + end);
@@ -335,7 +336,7 @@ void ArcCutter::part_arc(std::uint32_t a, const std::vector<std::uint32_t>& pass
 void ArcCutter::turn_at(const std::vector<char>& shared, PlanRegion& region) const {
   std::vector<ArcUse> uses;
   std::vector<std::uint32_t> next;
-  std::vector<std::vector<std::uint32_t>> leaving(shared.size());
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> leaving;  // of shared nodes
   const auto arc_of = [&](std::uint32_t u) -> const PlanArc& {
     return arrangement_.arcs[uses[u].arc];
   };
@@ -356,17 +357,19 @@ void ArcCutter::turn_at(const std::vector<char>& shared, PlanRegion& region) con
   bool turns = false;
   for (std::uint32_t u = 0; u < uses.size(); ++u) {
     if (!shared[start(u)]) continue;
-    leaving[start(u)].push_back(u);
-    turns = turns || leaving[start(u)].size() > 1;
+    std::vector<std::uint32_t>& here = leaving[start(u)];
+    here.push_back(u);
+    turns = turns || here.size() > 1;
   }
   if (!turns) return;
   for (std::uint32_t u = 0; u < uses.size(); ++u) {
     const std::uint32_t n = end(u);
-    if (leaving[n].size() < 2) continue;
+    const auto found = leaving.find(n);
+    if (found == leaving.end() || found->second.size() < 2) continue;
     const std::vector<std::uint32_t>& nodes = arc_of(u).nodes;
     const Vec2 back = at(uses[u].forward ? nodes[nodes.size() - 2] : nodes[1]);
     std::optional<Vec2> nearest;
-    for (const std::uint32_t w : leaving[n]) {
+    for (const std::uint32_t w : found->second) {
       const std::vector<std::uint32_t>& of = arc_of(w).nodes;
       const Vec2 ahead = at(uses[w].forward ? of[1] : of[of.size() - 2]);
       if (nearest && !clockwise_before({at(n).x(), at(n).y()}, {back.x(), back.y()},

@@ -39,7 +39,9 @@ constexpr double kLeastSheetShare = 0.25;
 
 // Cells of the arrangement for the solids, and eight more a triangle of the sheet: a closed body in
 // place of a scan may ask for many more, for upright walls that meet solids upright.
-constexpr std::size_t kMostCells = 100'000;
+// (Not more than kMostInOne in one piece: the search of an assembly of thousands of walls shall
+// end. The first way widens the least cells then.)
+constexpr std::size_t kMostCells = 100'000, kMostInOne = 300'000;
 
 // Ways through. Where borders come closer to one another than can be told apart, other cells may
 // do, or a sheet thinned out beforehand (creases then lie on that one's facets).
@@ -241,6 +243,7 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   arrangement_options.budget = options.budget;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
   arrangement_options.may_widen = !tiled && &way == kWays;
+  if (!tiled) arrangement_options.most_cells = std::min(arrangement_options.most_cells, kMostInOne);
   arrangement_options.budget.added =
       std::min(options.budget.added, arrangement_options.most_cells / 4);
   for (std::size_t side = 0; side < 4; ++side) {
