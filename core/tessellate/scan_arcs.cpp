@@ -57,9 +57,11 @@ void ArcCutter::settle(std::uint32_t n) {
   double z = 0;
   if (where.kind == ScanPlace::Kind::kVertex) {
     const Vec3& v = sheet_.points[where.id];
-    // Border nodes keep the border's coordinate: a cut vertex has the same.
-    p.x = v.x();
-    p.y = v.y();
+    // Border nodes keep the border's coordinate: a cut vertex has the same, one of the scan's own
+    // may lie a hair inside.
+    const PlanBox& box = arrangement_.box;
+    if (!p.border || (p.x != box.x0 && p.x != box.x1)) p.x = v.x();
+    if (!p.border || (p.y != box.y0 && p.y != box.y1)) p.y = v.y();
     z = v.z();
     if (out_.node_at[where.id] == kNone) out_.node_at[where.id] = n;
   } else if (where.kind == ScanPlace::Kind::kEdge) {
