@@ -135,7 +135,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
   } else {
     const FergusonBase* grid = std::get_if<FergusonBase>(&program.base);
     if (grid == nullptr) {
-      return Error{ErrorCode::kUnsupported, "paths along u or v need a Ferguson base surface", {}};
+      return Error{ErrorCode::kInput, "paths along u or v need a Ferguson base surface", {}};
     }
     base.emplace(FergusonSurface::make(*grid));
     if (!*base) return base->error();

@@ -113,6 +113,7 @@ class Cl(CommandLineTest):
                               (("cl", part, "-o", "x.apt", "--clear", "1"), BAD_INPUT),
                               (("cl", part, "-o", "x.apt", "--along", "sideways"), WRONG_USAGE),
                               (("cl", part, "-o", "x.apt", "--along", "u"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--along", "u", "--method", "cc"), BAD_INPUT),
                               (("cl", part, "-o", "x.apt", "--cutter", "4,3"), BAD_INPUT),
                               (("cl", part, "-o", "x.apt", "--interval", "1", "--cusp", "1"), WRONG_USAGE)):
             done = self.run_program(*words, status=status)
