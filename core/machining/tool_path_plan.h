@@ -83,10 +83,9 @@ struct PlannedPath {
 // the cusp height is given, passes are put in wherever two passes would leave more than it and
 // OUTTOL, and along the feet of walls; a given interval is kept as it is.
 // Errors: kInput for a wrong cutter, interval, cusp height or tolerance, a clearance plane below
-// the
-//         surface, a surface the cutter never meets; kUnsupported for kU, kV without a Ferguson
-//         base; what the tessellator and the receiver return. Nothing is handed over before the
-//         path is known not to be empty.
+//         the surface, a surface the cutter never meets, kU, kV without a Ferguson base; what the
+//         tessellator and the receiver return. Nothing is handed over before the path is known not
+//         to be empty.
 // Same points for any thread count. Memory: the mesh and its offset surface, a few passes, and the
 // runs put in that are not yet cut.
 Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& options,

@@ -152,7 +152,7 @@ TEST(PlanCc, WholePathKeepsOffTheSurface) {
   options.along = PathAlong::kU;
   const Result<PlannedPath> none = plan_cc_path(surface, mesh, 0, options);
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(none.error().code, ErrorCode::kInput);
 }
 
 TEST(PlanCc, FollowsIsoparametricCurves) {
