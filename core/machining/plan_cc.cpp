@@ -272,7 +272,8 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
                                              {tolerance, options.outtol / 4, grow,
                                               options.pattern == PathPattern::kOneway},
                                              stream, joiner, report));
-    tell_left_over(*left, report);  }
+    tell_left_over(*left, report);
+  }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();
   report.least_interval = least;
