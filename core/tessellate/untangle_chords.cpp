@@ -51,6 +51,14 @@ void Untangler::take_points(bool border) {
         if (!border) {
           q = inside(q);
         } else if (!arc.fixed) {
+          // A vertex of a scan may lie a hair inside of the border that runs along its edge.
+          const std::array<double, 4> off{q.x() - box_.x0, box_.x1 - q.x(), q.y() - box_.y0,
+                                          box_.y1 - q.y()};
+          const auto side = std::ranges::min_element(off) - off.begin();
+          if (off[static_cast<std::size_t>(side)] != 0) {
+            if (side < 2) q.x() = side == 0 ? box_.x0 : box_.x1;
+            if (side >= 2) q.y() = side == 2 ? box_.y0 : box_.y1;
+          }
           if (q.x() != box_.x0 && q.x() != box_.x1)
             q.x() = std::clamp(snapped(q.x()), box_.x0 + grain_, box_.x1 - grain_);
           if (q.y() != box_.y0 && q.y() != box_.y1)
