@@ -20,6 +20,12 @@ constexpr double kStraight =
     0.03;  // sag over chord from which on a stretch is split once more, in plan
 constexpr int kMaxDensity = 7;  // halvings of a stretch at most
 
+// Cells with one corner each, of a tree whose least cells have been widened: where there are more,
+// tens of thousands of arcs lie in the wide cells, and joining them, drawing them together and
+// laying them straight does not end in sensible time. (An engine in place of a scan has 300; a town
+// of upright walls has 1300, and four times as many arcs.)
+constexpr std::size_t kMostCornersWidened = 600;
+
 class ArcMaker {
  public:
   ArcMaker(const Impl& surface, const CellGraph& graph, std::vector<BorderStop> stops,
@@ -445,15 +451,20 @@ Result<Arrangement> arrange(const CompoundSurface& compound, const PlanBox& doma
   limits.most_of_a_seed = options.budget.cells;
   limits.threads = options.threads;
   CellTree tree(surface, inner, limits);
-  CellGraph graph = make_graph(surface, tree, options);
-  if (tree.stopped) {
-    return Error{ErrorCode::kLimit,
-                 "the surface has more detail than " + std::to_string(options.most_cells) +
-                     " cells of the plan can part",
-                 {surface.program.file}};
+  const Error too_fine{ErrorCode::kLimit,
+                       "the surface has more detail than " + std::to_string(options.most_cells) +
+                           " cells of the plan can part",
+                       {surface.program.file}};
+  const bool widened = tree.widened;
+  if (widened) {
+    const auto corners = std::ranges::count(tree.cells, CellKind::kCorner, &TreeCell::kind);
+    if (static_cast<std::size_t>(corners) > kMostCornersWidened) return too_fine;
   }
+  CellGraph graph = make_graph(surface, tree, options);
+  if (tree.stopped) return too_fine;
   Arrangement out;
   out.box = domain;
+  out.widened = widened;
   out.keeps_seams = graph.keeps_seams;
   out.uncertified_area = graph.uncertified_area;
   out.uncertified_place = graph.uncertified_place;

@@ -59,6 +59,7 @@ struct Arrangement {
                              // variant may
   bool keeps_seams = true;   // false: cells did not join to the seams; another variant may
   std::size_t cells = 0, least_cells = 0;
+  bool widened = false;  // by ArrangementOptions::may_widen
 };
 
 struct ArrangementOptions {
@@ -70,7 +71,8 @@ struct ArrangementOptions {
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
   SearchBudget budget;
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
-  bool may_widen = false;      // instead: least cells are wider there, told
+  bool may_widen = false;      // instead: least cells are wider there, told; an error even so where
+                               // there are many corners
   int threads = 0;             // 0 = all cores
   // Sides of the box that are cuts between tiles: bottom, right, top, left. Not owned.
   std::array<const Seam*, 4> seams{};

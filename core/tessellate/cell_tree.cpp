@@ -203,6 +203,7 @@ void CellTree::grow_all(const std::vector<Seed>& seeds) {
       }
       if (sprout.stopped && !stopped && limits_.may_widen && sprout.wider < kWidest) {
         sprout.stopped = false;
+        widened = true;  // seeds are grown one after another here
         continue;
       }
       if (sprout.cells.size() <= limits_.most_of_a_seed || sprout.stopped) return;

@@ -77,6 +77,7 @@ class CellTree {
   int columns = 1, rows = 1;
   std::vector<CellInfo> infos;
   bool stopped = false;  // by TreeLimits::most_cells: what it says is not to be used
+  bool widened = false;  // by TreeLimits::may_widen
 
   // Splits leaves once more and everything below them as far as needed.
   void split_leaves(const std::vector<std::int32_t>& leaves);

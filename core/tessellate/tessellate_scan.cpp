@@ -174,10 +174,12 @@ Result<Faces> mesh_faces(const CompoundSurface& surface, const ScanSheet& sheet,
   return faces;
 }
 
-// One way through; may_differ tells whether another may do where it fails, or do better.
+// One way through; may_differ tells whether another may do where it fails, or do better; too_fine
+// whether the scan asks for more cells than there may be, widened or not.
 Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box,
-                             const TessellationOptions& options, const Way& way, bool& may_differ) {
-  may_differ = false;
+                             const TessellationOptions& options, const Way& way, bool& may_differ,
+                             bool& too_fine) {
+  may_differ = too_fine = false;
   const double tolerance =
       options.tolerance > 0 ? options.tolerance : original.program().machining.tolerance;
   const double feature_angle = options.feature_angle * (std::numbers::pi / 180);
@@ -253,9 +255,10 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   if (!arrangement && tiled && arrangement.error().code == ErrorCode::kInput)
     return empty_tile(box);
   if (!arrangement) {
-    may_differ = arrangement.error().code == ErrorCode::kLimit;
+    may_differ = too_fine = arrangement.error().code == ErrorCode::kLimit;
     return arrangement.error();
   }
+  too_fine = arrangement->widened;
   if (!arrangement->keeps_seams) {
     may_differ = true;
     return Error{ErrorCode::kInput,
@@ -357,17 +360,16 @@ Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanB
   std::optional<Error> first;
   std::optional<Tessellation> best;  // of those not certified all over
   const bool tiled = options.tiles != std::array{1, 1};
-  bool limit = false;  // too many cells for the scan as it is
+  bool limit = false;  // too many cells for the scan as it is, in any of the ways
   for (const Way& way : tiled ? kTileWays : kWays) {
     if (way.before == 0 ? limit : best.has_value()) continue;
-    bool may_differ = false;
-    Result<Tessellation> made = attempt(surface, box, options, way, may_differ);
+    bool may_differ = false, too_fine = false;
+    Result<Tessellation> made = attempt(surface, box, options, way, may_differ, too_fine);
     if (!may_differ) return made;
     if (made && (!best || made->report.uncertified_area < best->report.uncertified_area))
       best.emplace(std::move(*made));
-    if (made) continue;
-    if (!first) first = made.error();
-    limit = limit || made.error().code == ErrorCode::kLimit;
+    limit = limit || too_fine;
+    if (!made && !first) first = made.error();
   }
   if (best) return std::move(*best);
   // Nothing proved: the grid tells so itself.

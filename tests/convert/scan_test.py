@@ -156,6 +156,33 @@ class Scan(CommandLineTest):
         self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n")
         self.assertGreater(struct.unpack_from(">I", data, 16)[0], 100)
 
+    def test_a_town_of_walls_ends(self):
+        """Thousands of upright walls in the cells of the plan: given out as the grid, told, and in seconds."""
+        town = SOURCE / "../shared/corpus/good/glb-draco/cesium_tile.glb"
+        if not town.exists():
+            self.skipTest("there is no ../shared/corpus")
+        part = self.write("die.part", f"""SOLID-DEF
+S1,R-CYLI,2
+P1,-76848.5,-70541,-233688
+NOR,.1,.2,1
+RAD,79769
+LEN,545857
+S2,SPHER
+P1,82690,44341,214200
+RAD,106359
+BSURF-DEF
+MESH,{town.resolve()}
+BOOLE-DEF
+B+S1-S2
+MACHI-DEF
+TOLER,1063.6
+X-INT,10636
+Y-INT,11488
+""")
+        told = json.loads(self.run_program("export", part, "-o", "die.ply", "--json", status=NOT_KEPT).stdout)
+        self.assertGreater(told["triangles"], 1000)
+        self.assertGreater(told["uncertified_area"], 0)
+
     def test_a_scan_that_is_not_there(self):
         part = self.write("die.part", PART)
         self.run_program("export", part, "-o", "die.stl", status=2)
