@@ -11,8 +11,12 @@
 #include "core/base/scanned.h"
 #include "core/compound/body_line.h"
 #include "core/compound/compound_surface.h"
+#include "core/compound/side_contacts.h"
 
 namespace diesink {
+
+// What rounding may leave between two descriptions of one line, in ties.
+constexpr double kLineSlack = 8;
 
 // A step of the Boolean expression in evaluation order.
 struct CompoundStep {
@@ -65,6 +69,7 @@ struct CompoundSurface::Impl {
   std::vector<BodyLine> bodies;  // one a solid of the program
   std::vector<std::int32_t>
       side_class;  // of each body: the first body whose side is the same quadric
+  SideContacts contacts;  // of the bodies' sides
   std::vector<CompoundStep> steps;
   std::vector<std::uint32_t> step_of_row;
   std::variant<std::monostate, PlaneSurface, FergusonSurface, ScannedSurface> base;

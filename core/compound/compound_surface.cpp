@@ -336,6 +336,8 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
     }
   }
 
+  impl->contacts.build(impl->bodies, kLineSlack * impl->tie);
+
   if (const PlaneBase* plane = std::get_if<PlaneBase>(&own.base)) {
     impl->base.emplace<PlaneSurface>(*plane);
   } else if (const FergusonBase* ferguson = std::get_if<FergusonBase>(&own.base)) {

@@ -42,15 +42,17 @@ bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, con
   if (g.has_mid && !g.upper) {
     if (f.c + f.lo - g.mc - reach(f.gx - g.mgx, f.gy - g.mgy) >= -tie) return true;
   }
-  return d.hi > tie && f.c - g.c > tie &&
-         (sides_run_apart(surface, f, g, box) || rises_above(surface, f, g, box));
+  return (d.hi > tie && f.c - g.c > tie &&
+          (sides_run_apart(surface, f, g, box) || rises_above(surface, f, g, box))) ||
+         touches_from_above(surface, f, g, box);
 }
 
 bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
   const Range d = difference_over(f, g, box);
   return d.hi <= surface.tie ||
          (d.lo < -surface.tie && g.c - f.c > surface.tie &&
-          (sides_run_apart(surface, f, g, box) || rises_above(surface, g, f, box)));
+          (sides_run_apart(surface, f, g, box) || rises_above(surface, g, f, box))) ||
+         touches_from_above(surface, g, f, box);
 }
 
 bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {

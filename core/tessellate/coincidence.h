@@ -6,14 +6,17 @@
 
 namespace diesink {
 
-// What rounding may leave between two descriptions of one line, in ties.
-constexpr double kLineSlack = 8;
-
 // f lies nowhere in the box below g by more than a tie, and above it in the middle: their
 // difference rises the same way everywhere in the box, so that it is least in one of its corners.
 // Faces that touch along the domain's border are told apart by this.
 bool rises_above(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
                  const CellBox& box);
+
+// f is nowhere below g where both are there, because the one touches the other along a line or a
+// curve and does not cross it: two sides as SideContacts has them, a side and a plane tangent to
+// it. (A point of contact alone is told, too.)
+bool touches_from_above(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
+                        const CellBox& box);
 
 // Takes out of the functions those crossings that vanish, to eight ties, along a shadow, silhouette
 // or edge of the list that is straight and parallel to an axis: a regular function has no other

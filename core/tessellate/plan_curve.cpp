@@ -290,6 +290,50 @@ bool CurveSolver::cross_at(const PlanCurve& one, const PlanCurve& two, const Vec
   return std::fabs(u.x() * v.y() - u.y() * v.x()) > kAlong * u.norm() * v.norm();
 }
 
+bool CurveSolver::touch_along_curve(const SurfaceRef& one, const SurfaceRef& two) const {
+  const auto is_side = [&](const SurfaceRef& ref) {
+    return ref.solid >= 0 && ref.face == kFaceSide &&
+           surface_->bodies[static_cast<std::size_t>(ref.solid)].has_side();
+  };
+  return is_side(one) && is_side(two) &&
+         (surface_->contacts.is_inside(one.solid, two.solid) ||
+          surface_->contacts.is_inside(two.solid, one.solid));
+}
+
+bool CurveSolver::rim_between(Label a, Label b, const Vec2& p, const Vec2& d, double z_near,
+                              Change& change) const {
+  for (const bool first : {true, false}) {
+    const SurfaceRef own = ref_of(first ? a : b);
+    if (own.solid < 0 || own.face != kFaceSide) continue;
+    const BodyLine& body = surface_->bodies[static_cast<std::size_t>(own.solid)];
+    if (!body.has_side()) continue;
+    for (const bool upper : {true, false}) {
+      for (const PlanarCap& cap : upper ? body.upper_caps() : body.lower_caps()) {
+        const PlanCurve rim{CurveType::kMeet, own, {own.solid, cap.face}};
+        double t = 0, z = 0, other = 0;
+        if (!try_curve(rim, p, d, z_near, t, z)) continue;
+        const Vec2 at = p + t * d;
+        const double close = 1e-6 * surface_->size;  // of a height beside a silhouette, and more
+        if (!height(first ? b : a, at.x(), at.y(), other) || std::fabs(other - z) > close) continue;
+        change.curve = rim;
+        change.at = {at.x(), at.y(), z};
+        change.za = change.zb = z;
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool CurveSolver::touch_at(const PlanCurve& curve, const Vec2& at, double z) const {
+  Vec3 a, b;
+  implicit(curve.first).evaluate(Vec3(at.x(), at.y(), z), a);
+  implicit(curve.second).evaluate(Vec3(at.x(), at.y(), z), b);
+  // A sine below which half the digits of the common curve are lost.
+  constexpr double kAlong = 1e-6;
+  return a.cross(b).norm() <= kAlong * a.norm() * b.norm();
+}
+
 bool CurveSolver::try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0,
                             double& t, double& z) const {
   t = 0.5;
@@ -376,16 +420,24 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         change.curve = {type, first, second, upper};
         change.at = {p.x() + t * d.x(), p.y() + t * d.y(), z};
       };
-      // Two faces at one height.
-      if (a != kNoLabel && b != kNoLabel) {
-        const PlanCurve meet{CurveType::kMeet, ra, rb};
-        if (try_curve(meet, p, d, 0.5 * (za + zb), t, z) && on_face(a, p + t * d, z) &&
-            on_face(b, p + t * d, z)) {
-          accept(CurveType::kMeet, ra, rb, true);
-          change.za = change.zb = z;
-          return change;
-        }
+      // Two faces at one height. Where they touch, the end of one of them is the better curve: the
+      // ball at the end of a bar begins where the bar ends.
+      const PlanCurve meet{CurveType::kMeet, ra, rb};
+      const bool meets = a != kNoLabel && b != kNoLabel &&
+                         try_curve(meet, p, d, 0.5 * (za + zb), t, z) &&
+                         on_face(a, p + t * d, z) && on_face(b, p + t * d, z);
+      const double t_meet = t, z_meet = z;
+      const bool touch = touch_along_curve(ra, rb);
+      const bool touch_here = meets && !touch && touch_at(meet, p + t * d, z);
+      if (meets && !touch && !touch_here) {
+        accept(CurveType::kMeet, ra, rb, true);
+        change.za = change.zb = z;
+        return change;
       }
+      const auto is_where_they_meet = [&] {
+        const double close = 1e-6 * surface_->size;  // of a double root, and more
+        return ((t - t_meet) * d).norm() <= close && std::fabs(z - z_meet) <= close;
+      };
       // A body's own end, seen from the side where it is.
       const auto ends = [&](const SurfaceRef& own, bool plus, const Vec2& inside) {
         if (own.solid < 0) return false;
@@ -414,6 +466,7 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
           if (!try_curve(shadow, p, d, shadow_height(shadow, mid_way.x(), mid_way.y()), t, z))
             return false;
           if (!borders(body, shadow, p + t * d, z)) return false;
+          if (touch_here && !is_where_they_meet()) return false;
           accept(CurveType::kShadow, own, other, plus);
           if (face == SurfaceRef::kSilhouetteFace) change.curve.line = line_of(p + t * d);
           return true;
@@ -454,6 +507,17 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
           const bool plus = step.sign == Sign::kPlus;
           const LineHit& hit = in_p ? hit_p : hit_q;
           ended = ends({step.solid, plus ? hit.upper_face : hit.lower_face}, plus, in_p ? p : q);
+        }
+      }
+      if (!ended && (touch || touch_here)) {
+        // Or the rim of a cap that is seen beside the other; else as good as can be told.
+        if (rim_between(a, b, p, d, 0.5 * (za + zb), change)) return change;
+        if (meets) {
+          t = t_meet;
+          z = z_meet;
+          accept(CurveType::kMeet, ra, rb, true);
+          change.za = change.zb = z;
+          return change;
         }
       }
       if (ended) {

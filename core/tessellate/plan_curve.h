@@ -123,6 +123,14 @@ class CurveSolver {
 
  private:
   bool borders(const BodyLine& body, const PlanCurve& shadow, const Vec2& at, double z) const;
+  // The two are sides that touch along a curve and do not cross.
+  [[nodiscard]] bool touch_along_curve(const SurfaceRef& one, const SurfaceRef& two) const;
+  // The rim of a cap of one of two sides that touch, where the other has its height: a ball at the
+  // leaning end of a bar.
+  bool rim_between(Label a, Label b, const Vec2& p, const Vec2& d, double z_near,
+                   Change& change) const;
+  // The two faces have one tangent plane at the point: where they meet is not told to all digits.
+  [[nodiscard]] bool touch_at(const PlanCurve& curve, const Vec2& at, double z) const;
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
                  double& z) const;
 

@@ -1,0 +1,37 @@
+// Sides that touch along a curve and never cross: the ball at the end of a rib, the fillet in the
+// corner of two others. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/compound/body_line.h"
+
+namespace diesink {
+
+// Which quadric sides lie inside which others. Two quadrics F and G touch along a plane curve where
+// F - k G is the square of a plane, k > 0: on G then F has one sign. (Concentric ones of one form
+// are the same with the plane at infinity.)
+// Source: Dupin's and Darboux's theorems on quadrics in double contact; a pencil with a member of
+//         rank one.
+// Bound:  to `slack`, the length two descriptions of one curve may differ by; what is told apart by
+//         less counts as touching.
+// Immutable once built; any number of threads.
+class SideContacts {
+ public:
+  // Needs: slack > 0, mm.
+  void build(const std::vector<BodyLine>& bodies, double slack);
+
+  // No point of the side of `inner`, its quadric taken whole, is outside the quadric of `outer`.
+  [[nodiscard]] bool is_inside(std::int32_t inner, std::int32_t outer) const {
+    return touches_[static_cast<std::size_t>(inner)] != 0 && find(inner, outer);
+  }
+
+ private:
+  [[nodiscard]] bool find(std::int32_t inner, std::int32_t outer) const;
+
+  std::vector<char> touches_;          // of each body: whether it is in any pair
+  std::vector<std::uint64_t> nested_;  // inner, outer; ascending
+};
+
+}  // namespace diesink
