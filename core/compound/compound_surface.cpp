@@ -241,29 +241,36 @@ bool CompoundSurface::Impl::base_at(double x, double y, BaseHit& hit) const {
   return false;
 }
 
-LineState CompoundSurface::Impl::evaluate(std::span<const std::uint32_t> steps_here, double x,
-                                          double y) const {
+namespace {
+
+// Equation (5) over one line. `outlasts(newer, older)` decides ties: true where the newer term
+// takes the point.
+template <class Outlasts>
+LineState evaluate_by(const CompoundSurface::Impl& surface,
+                      std::span<const std::uint32_t> steps_here, double x, double y,
+                      const Outlasts& outlasts) {
+  const double tie = surface.tie;
   LineState stack[kMaxNesting + 1];
   std::size_t depth = 0;
   LineState state;
   LineHit hit;
   BaseHit base_hit;
   for (const std::uint32_t i : steps_here) {
-    const CompoundStep& step = steps[i];
+    const CompoundStep& step = surface.steps[i];
     LineState e;
     if (step.kind == BooleanStep::Kind::kTerm) {
       const bool plus = step.sign == Sign::kPlus;
       if (!plus && state.label == kNoLabel) continue;
       if (step.solid < 0) {
-        if (!base_at(x, y, base_hit)) continue;
+        if (!surface.base_at(x, y, base_hit)) continue;
         e = {base_hit.z, make_label(step.row, 0)};
       } else {
-        if (!bodies[static_cast<std::size_t>(step.solid)].meet(x, y, hit)) continue;
+        if (!surface.bodies[static_cast<std::size_t>(step.solid)].meet(x, y, hit)) continue;
         e = plus ? LineState{hit.upper, make_label(step.row, hit.upper_face)}
                  : LineState{hit.lower, make_label(step.row, hit.lower_face)};
       }
       if (!plus) {
-        if (e.z < state.z - tie) state = e;
+        if (e.z < state.z - tie || (e.z <= state.z + tie && outlasts(e, state))) state = e;
         continue;
       }
     } else if (step.kind == BooleanStep::Kind::kGroupOpen) {
@@ -275,9 +282,83 @@ LineState CompoundSurface::Impl::evaluate(std::span<const std::uint32_t> steps_h
       state = stack[--depth];
       if (e.label == kNoLabel) continue;
     }
-    if (state.label == kNoLabel || e.z > state.z + tie) state = e;
+    if (state.label == kNoLabel || e.z > state.z + tie ||
+        (e.z >= state.z - tie && outlasts(e, state)))
+      state = e;
   }
   return state;
+}
+
+}  // namespace
+
+LineState CompoundSurface::Impl::evaluate(std::span<const std::uint32_t> steps_here, double x,
+                                          double y) const {
+  return evaluate_by(*this, steps_here, x, y,
+                     [](const LineState&, const LineState&) { return false; });
+}
+
+LineState CompoundSurface::Impl::evaluate_face(double x, double y) const {
+  LineState state =
+      evaluate_by(*this, index.at(x, y), x, y, [&](const LineState& newer, const LineState& older) {
+        const bool plus =
+            steps[step_of_row[static_cast<std::size_t>(row_of(newer.label))]].sign == Sign::kPlus;
+        return plus ? touches_from_above(newer.label, older.label, x, y)
+                    : touches_from_above(older.label, newer.label, x, y);
+      });
+  state.label = face_label(state.label);
+  return state;
+}
+
+bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, double y) const {
+  struct Seen {
+    const BodyLine* body = nullptr;
+    std::int32_t solid = -1;
+    std::uint8_t face = 0;
+    bool upper = true, side = false;
+  };
+  const auto seen = [&](Label label) {
+    const CompoundStep& step = steps[step_of_row[static_cast<std::size_t>(row_of(label))]];
+    Seen s;
+    s.solid = step.solid;
+    s.face = static_cast<std::uint8_t>(face_of(label));
+    s.upper = step.sign == Sign::kPlus;
+    if (step.solid < 0) return s;
+    s.body = &bodies[static_cast<std::size_t>(step.solid)];
+    s.side = s.body->has_side() && s.face == kFaceSide &&
+             s.body->side_rule() == SideRule::kBetween && s.body->side().q2 > 0;
+    return s;
+  };
+  const Seen above = seen(f), below = seen(g);
+  if (above.side && below.side) {
+    return (above.upper && contacts.is_inside(below.solid, above.solid)) ||
+           (!below.upper && contacts.is_inside(above.solid, below.solid));
+  }
+  if (above.side == below.side) return false;
+  // The plane of the other one.
+  const Seen& flat = above.side ? below : above;
+  Vec3 at(x, y, 0);
+  double zx = 0, zy = 0;
+  if (flat.body == nullptr) {
+    BaseHit hit;
+    if (!std::holds_alternative<PlaneSurface>(base) || !base_at(x, y, hit)) return false;
+    at.z() = hit.z;
+    zx = hit.zx;
+    zy = hit.zy;
+  } else {
+    const std::vector<PlanarCap>& caps =
+        flat.upper ? flat.body->upper_caps() : flat.body->lower_caps();
+    const auto cap = std::find_if(caps.begin(), caps.end(),
+                                  [&](const PlanarCap& c) { return c.face == flat.face; });
+    if (cap == caps.end()) return false;
+    zx = cap->zx;
+    zy = cap->zy;
+    at.z() = cap->z0 + zx * (x - flat.body->center_x()) + zy * (y - flat.body->center_y());
+  }
+  // Ties are that near to where the two touch, for any that bend at all.
+  const double reach = 1e-3 * size;
+  const int sign = side_of_tangent_plane(*(above.side ? above : below).body, at, zx, zy, reach,
+                                         kLineSlack * tie);
+  return above.side ? sign < 0 : sign > 0;
 }
 
 Vec3 CompoundSurface::Impl::normal(Label label, const Vec3& point) const {

@@ -129,4 +129,45 @@ bool SideContacts::find(std::int32_t inner, std::int32_t outer) const {
       static_cast<std::uint64_t>(inner) << 32 | static_cast<std::uint32_t>(outer));
 }
 
+int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, double zy, double reach,
+                          double slack) {
+  const SideQuadratic& s = body.side();
+  const double dx = at.x() - s.cx, dy = at.y() - s.cy, t = at.z() - s.cz;
+  // The form on the plane, a conic of the plan about the point.
+  const double q1 = s.b0 + s.bx * dx + s.by * dy, rise = 2 * (s.q2 * t + q1);
+  const double v = (s.q2 * t + 2 * q1) * t + s.c0 + dx * (s.cx1 + s.cxx * dx + s.cxy * dy) +
+                   dy * (s.cy1 + s.cyy * dy);
+  const double gx = s.cx1 + 2 * s.cxx * dx + s.cxy * dy + 2 * s.bx * t + rise * zx;
+  const double gy = s.cy1 + 2 * s.cyy * dy + s.cxy * dx + 2 * s.by * t + rise * zy;
+  const double hxx = 2 * (s.cxx + 2 * s.bx * zx + s.q2 * zx * zx);
+  const double hyy = 2 * (s.cyy + 2 * s.by * zy + s.q2 * zy * zy);
+  const double hxy = s.cxy + 2 * (s.bx * zy + s.by * zx) + 2 * s.q2 * zx * zy;
+  // Along its axes: bent by `most` along n, by `least` across it.
+  const double middle = 0.5 * (hxx + hyy), half = std::hypot(0.5 * (hxx - hyy), hxy);
+  const double most = middle + half, least = middle - half;
+  if (!(most > 0) || !(v < most * reach * reach)) return 0;  // enclosures tell
+  const double turn = 0.5 * std::atan2(hxy, 0.5 * (hxx - hyy));
+  const double nx = std::cos(turn), ny = std::sin(turn);
+  const double along = gx * nx + gy * ny, across = gy * nx - gx * ny;
+  // The foot of the point on the line where the conic is lowest along n.
+  const double away = -along / most;
+  if (std::fabs(away) > reach) return 0;
+  const double lowest = v - 0.5 * along * along / most - std::fabs(across) * reach -
+                        std::fmax(-least, 0) * 0.5 * reach * reach;
+  const double foot_rise = rise + 2 * away * (nx * (s.q2 * zx + s.bx) + ny * (s.q2 * zy + s.by));
+  // The form rises that much a length upwards: by no more than `slack` the plane is in it.
+  if (!(lowest >= -slack * std::fabs(foot_rise))) return 0;
+  int sign = foot_rise > 0 ? 1 : foot_rise < 0 ? -1 : 0;
+  const QuadricBody& quadric = std::get<QuadricBody>(body.body());
+  if (quadric.shape == QuadricShape::kCone) {
+    // Through the apex the plane changes over to the other side of the mirrored nappe.
+    const Vec3 a = quadric.frame.row(2);
+    const Vec3 foot = at + away * Vec3(nx, ny, zx * nx + zy * ny);
+    const double beyond = a.dot(foot - (quadric.p + quadric.C * a));
+    if (std::fabs(beyond) <= slack) return 0;
+    if (beyond > 0) sign = -sign;
+  }
+  return sign;
+}
+
 }  // namespace diesink

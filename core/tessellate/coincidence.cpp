@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/tessellate/plan_polynomials.h"
-
 namespace diesink {
 namespace {
 
@@ -82,43 +80,6 @@ bool vanishes_along(const Impl& surface, const PlanFunction& line, const PlanFun
   return std::fmax(std::fabs(d.lo), std::fabs(d.hi)) <= least;
 }
 
-// The side on which a plane that is nowhere inside a side's quadric passes it: +1 above, -1 below,
-// 0 where it is not such a plane (or not told). `plane` is about the box's centre.
-int side_of_tangent_plane(const BodyLine& body, const Linear& plane, const CellBox& box,
-                          double slack) {
-  const SideQuadratic& s = body.side();
-  const double dx = box.x - s.cx, dy = box.y - s.cy;
-  const Quadratic q = side_on(s, dx, dy, plane);
-  // The conic along its axes: bent by `most` along n, by `least` across it.
-  const double middle = 0.5 * (q.hxx + q.hyy), half = std::hypot(0.5 * (q.hxx - q.hyy), q.hxy);
-  const double most = middle + half, least = middle - half;
-  if (!(most > 0)) return 0;
-  const double turn = 0.5 * std::atan2(q.hxy, 0.5 * (q.hxx - q.hyy));
-  const double nx = std::cos(turn), ny = std::sin(turn);
-  const double along = q.gx * nx + q.gy * ny, across = q.gy * nx - q.gx * ny;
-  // The foot of the box's centre on the line where the conic is lowest along n.
-  const double fx = -along / most * nx, fy = -along / most * ny;
-  const double reach = box.hx + box.hy;
-  if (std::fabs(fx) + std::fabs(fy) > reach) return 0;  // enclosures tell
-  const double lowest = q.v - 0.5 * along * along / most - std::fabs(across) * reach -
-                        std::fmax(-least, 0) * 0.5 * reach * reach;
-  const double t = plane.c + plane.gx * fx + plane.gy * fy - s.cz;
-  const double rise = 2 * (s.q2 * t + s.b0 + s.bx * (dx + fx) + s.by * (dy + fy));
-  // The form rises that much a length upwards: by no more than `slack` the plane is in it.
-  if (lowest < -slack * std::fabs(rise)) return 0;
-  double sign = rise > 0 ? 1 : rise < 0 ? -1 : 0;
-  const QuadricBody& quadric = std::get<QuadricBody>(body.body());
-  if (quadric.shape == QuadricShape::kCone) {
-    // Through the apex the plane changes over to the other side of the mirrored nappe.
-    const Vec3 a = quadric.frame.row(2);
-    const Vec3 foot(box.x + fx, box.y + fy, plane.c + plane.gx * fx + plane.gy * fy);
-    const double beyond = a.dot(foot - (quadric.p + quadric.C * a));
-    if (std::fabs(beyond) <= slack) return 0;
-    if (beyond > 0) sign = -sign;
-  }
-  return static_cast<int>(sign);
-}
-
 }  // namespace
 
 bool touches_from_above(const Impl& surface, const FaceOver& f, const FaceOver& g,
@@ -133,11 +94,11 @@ bool touches_from_above(const Impl& surface, const FaceOver& f, const FaceOver& 
   const double slack = kLineSlack * surface.tie;
   if (f.side && f.has_mid && is_plane(g)) {
     const BodyLine& body = surface.bodies[static_cast<std::size_t>(f.solid)];
-    return side_of_tangent_plane(body, {g.c, g.gx, g.gy}, box, slack) < 0;
+    return side_of_tangent_plane(body, {box.x, box.y, g.c}, g.gx, g.gy, box.hx + box.hy, slack) < 0;
   }
   if (g.side && g.has_mid && is_plane(f)) {
     const BodyLine& body = surface.bodies[static_cast<std::size_t>(g.solid)];
-    return side_of_tangent_plane(body, {f.c, f.gx, f.gy}, box, slack) > 0;
+    return side_of_tangent_plane(body, {box.x, box.y, f.c}, f.gx, f.gy, box.hx + box.hy, slack) > 0;
   }
   return false;
 }
