@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/tessellate/deviation.h"
+#include "core/tessellate/pencil_plane.h"
 
 namespace diesink {
 namespace {
@@ -68,9 +70,7 @@ bool parallel_at(const CurvePair& curve, const Vec3& p) {
   return f.norm() > 0 && g.norm() > 0 && f.cross(g).norm() <= kParallel * f.norm() * g.norm();
 }
 
-}  // namespace
-
-double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
+double deviation_of(const CurvePair& curve, const Vec3& a, const Vec3& b) {
   const Vec3 chord = b - a;
   const double length = chord.norm();
   const double rounding = 1e-15 * std::fmax(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
@@ -138,6 +138,17 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
     loss = inverse * std::hypot(f.across_change(reach, width), g.across_change(reach, width));
   }
   return deviation + 2 * off;
+}
+
+}  // namespace
+
+double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
+  const double deviation = deviation_of(curve, a, b);
+  if (deviation < kInf) return deviation;
+  // Near where two quadrics touch, the plane that a branch of their curve lies in still tells it.
+  const std::optional<Implicit> plane = pencil_plane(curve.f, curve.g, a, b);
+  if (!plane) return deviation;
+  return std::fmin(deviation_of({curve.f, *plane}, a, b), deviation_of({curve.g, *plane}, a, b));
 }
 
 }  // namespace diesink
