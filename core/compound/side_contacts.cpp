@@ -157,17 +157,18 @@ int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, doubl
   const double foot_rise = rise + 2 * away * (nx * (s.q2 * zx + s.bx) + ny * (s.q2 * zy + s.by));
   // The form rises that much a length upwards: by no more than `slack` the plane is in it.
   if (!(lowest >= -slack * std::fabs(foot_rise))) return 0;
-  int sign = foot_rise > 0 ? 1 : foot_rise < 0 ? -1 : 0;
+  // Seen from where the side has heights, above or below both: elsewhere the sign says nothing.
+  const double foot_form = v - 0.5 * along * along / most;
+  if (!(4 * s.q2 * foot_form <= foot_rise * foot_rise)) return 0;
   const QuadricBody& quadric = std::get<QuadricBody>(body.body());
   if (quadric.shape == QuadricShape::kCone) {
-    // Through the apex the plane changes over to the other side of the mirrored nappe.
+    // The mirrored nappe's heights are none of the body's.
     const Vec3 a = quadric.frame.row(2);
-    const Vec3 foot = at + away * Vec3(nx, ny, zx * nx + zy * ny);
-    const double beyond = a.dot(foot - (quadric.p + quadric.C * a));
-    if (std::fabs(beyond) <= slack) return 0;
-    if (beyond > 0) sign = -sign;
+    const Vec3 middle =
+        at + Vec3(away * nx, away * ny, away * (zx * nx + zy * ny) - 0.5 * foot_rise / s.q2);
+    if (a.dot(middle - (quadric.p + quadric.C * a)) >= -slack) return 0;
   }
-  return sign;
+  return foot_rise > 0 ? 1 : foot_rise < 0 ? -1 : 0;
 }
 
 }  // namespace diesink

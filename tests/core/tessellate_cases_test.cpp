@@ -119,6 +119,26 @@ TEST(DegenerateDies, ApexesOutByAHairAreFans) {
   }
 }
 
+// Where bars, balls and blocks touch along a curve they do not cross: its whole length used to be
+// searched down to the least cell, a hundred thousand triangles of it. In any order of the terms:
+// a tie goes to the one that is beyond the other.
+TEST(DegenerateDies, RoundEdgesAreFewTrianglesAndCertified) {
+  std::vector<std::string> dies;
+  for (const double turn : {0.0, 0.3, 0.7, 2.5}) {
+    for (const char sign : {'+', '-'})
+      dies.push_back(on_plane(rounded_block(turn, sign), rounded_block_terms(sign)));
+  }
+  const std::string rib = cylinder("A", "12,14,2", "28,27,2", "5") + sphere("S", "12,14,2", "5") +
+                          sphere("T", "28,27,2", "5");
+  for (const char* terms : {"+A+S+T", "+S+A+T", "+S+T+A"}) dies.push_back(on_plane(rib, terms));
+  for (const std::string& text : dies) {
+    const Result<Tessellation> made = tessellate(surface_of(text), TessellationOptions{});
+    ASSERT_TRUE(made) << text;
+    EXPECT_EQ(made->report.uncertified_area, 0) << text;
+    EXPECT_LT(made->mesh.triangles.size(), 15000u) << text;
+  }
+}
+
 // A part moved by 1e6 has the same elements, curves and corners, but for the rounding of its own
 // coordinates, 1e-10 there; how many triangles it takes may hang on that. What is a thousandth of a
 // millimetre has only a few digits there.
@@ -126,6 +146,9 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
   std::size_t compared = 0;
   for (const NamedCase& given : named_cases()) {
     if (given.name == "ThousandthOfAMillimetre") continue;
+    // In how many stretches of some 1e-5 mm two silhouettes that touch change places hangs on
+    // rounding.
+    if (given.name.find("Rounded") == 0 || given.name.find("Rib") != std::string::npos) continue;
     const std::string& name = given.name;
     TessellationOptions options;
     options.tolerance = given.tolerance;

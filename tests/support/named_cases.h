@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <ostream>
 #include <sstream>
@@ -42,6 +43,43 @@ inline std::string cylinder(const std::string& id, const std::string& from, cons
 inline std::string cone(const std::string& id, const std::string& base, const std::string& apex,
                         const std::string& radius) {
   return id + ",R-CONE,1\nP1," + base + "\nP2," + apex + "\nRAD," + radius + "\n";
+}
+
+// A block from z = -5 to 9 about (20, 20), turned, whose edges are rounded by 2: three blocks, and
+// a bar and a ball at each corner. `sign` + adds it; - makes the pocket, down to z = -9.
+inline std::string rounded_block(double turn, char sign) {
+  std::string solids;
+  const auto at = [&](double x, double y, double z) {
+    const double c = std::cos(turn), s = std::sin(turn);
+    char text[96];
+    std::snprintf(text, sizeof text, "%.12f,%.12f,%.12f", 20 + c * x - s * y, 20 + s * x + c * y,
+                  sign == '+' ? z : -z);
+    return std::string(text);
+  };
+  const auto block = [&](const char* id, double x, double y, double high) {
+    solids += std::string(id) + ",4-PRIS,2\nP1," + at(-x, -y, -5) + "\nP2," + at(x, -y, -5) +
+              "\nP3," + at(x, y, -5) + "\nP4," + at(-x, y, -5) + "\nHEI," +
+              std::to_string(sign == '+' ? high + 5 : -high - 5) + "\n";
+  };
+  block("L", 8, 6, 7);
+  block("W", 10, 4, 7);
+  block("T", 8, 4, 9);
+  const double corners[5][2] = {{-8, -4}, {8, -4}, {8, 4}, {-8, 4}, {-8, -4}};
+  for (int k = 0; k < 4; ++k) {
+    const std::string number = std::to_string(k);
+    const double *p = corners[k], *q = corners[k + 1];
+    solids += cylinder("U" + number, at(p[0], p[1], -5), at(p[0], p[1], 7), "2") +
+              sphere("S" + number, at(p[0], p[1], 7), "2") +
+              cylinder("E" + number, at(p[0], p[1], 7), at(q[0], q[1], 7), "2");
+  }
+  return solids;
+}
+inline std::string rounded_block_terms(char sign) {
+  std::string terms;
+  for (const char* id :
+       {"L", "W", "T", "U0", "S0", "E0", "U1", "S1", "E1", "U2", "S2", "E2", "U3", "S3", "E3"})
+    terms += std::string(1, sign) + id;
+  return terms;
 }
 
 // On a rectangle from (x0, y0) to (x1, y1) at z = 0.
@@ -157,6 +195,19 @@ inline std::vector<NamedCase> named_cases() {
        on_plane(sphere("R", "26,20,0", "10") + sphere("S", "17,25.196152422706632,0", "10") +
                     sphere("T", "17,14.803847577293368,0", "10"),
                 "+R+S+T")},
+      // Bars, balls and blocks tangent to one another, as round edges are made of.
+      {"RoundedBoss", on_plane(rounded_block(0, '+'), rounded_block_terms('+'))},
+      {"RoundedBossTurned", on_plane(rounded_block(0.7, '+'), rounded_block_terms('+'))},
+      {"RoundedPocketTurned", on_plane(rounded_block(0.3, '-'), rounded_block_terms('-'))},
+      {"RibWithABallEnd",
+       on_plane(cylinder("A", "12,14,2", "28,27,2", "5") + sphere("S", "12,14,2", "5"), "+S+A")},
+      {"LeaningRibWithBallEnds",
+       on_plane(cylinder("A", "10,20,1", "30,20,4", "5") + sphere("S", "10,20,1", "5") +
+                    sphere("T", "30,20,4", "5"),
+                "+A+S+T")},
+      {"DiscCutByABarAsWide", on_plane(cylinder("A", "20,20,-1", "20,20,10", "8") +
+                                           cylinder("C", "5,14,10", "35,26,10", "8"),
+                                       "+A-C")},
       {"FourRidgesInOnePoint",
        on_plane(cylinder("A", "5,20,0", "35,20,0", "6") + cylinder("C", "20,5,0", "20,35,0", "6") +
                     cylinder("D", "8,8,0", "32,32,0", "6"),
