@@ -143,12 +143,18 @@ TEST(DegenerateDies, RoundEdgesAreFewTrianglesAndCertified) {
 // coordinates, 1e-10 there; how many triangles it takes may hang on that. What is a thousandth of a
 // millimetre has only a few digits there.
 TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
-  std::size_t compared = 0;
+  std::size_t compared = 0, skipped = 0;
   for (const NamedCase& given : named_cases()) {
-    if (given.name == "ThousandthOfAMillimetre") continue;
+    if (given.name == "ThousandthOfAMillimetre") {
+      ++skipped;
+      continue;
+    }
     // In how many stretches of some 1e-5 mm two silhouettes that touch change places hangs on
     // rounding.
-    if (given.name.find("Rounded") == 0 || given.name.find("Rib") != std::string::npos) continue;
+    if (given.name.find("Rounded") == 0 || given.name.find("Rib") != std::string::npos) {
+      ++skipped;
+      continue;
+    }
     const std::string& name = given.name;
     TessellationOptions options;
     options.tolerance = given.tolerance;
@@ -195,7 +201,8 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
     EXPECT_NEAR(static_cast<double>(far->mesh.triangles.size()), n, 0.4 * n + 20) << name;
     ++compared;
   }
-  EXPECT_EQ(compared + 1, named_cases().size());
+  EXPECT_EQ(compared + skipped, named_cases().size());
+  EXPECT_EQ(skipped, 6u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Named, NamedCases, testing::ValuesIn(named_cases()),
