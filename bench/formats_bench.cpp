@@ -1,5 +1,6 @@
 // Readers and writers of mesh formats, bytes a second, against other programs' on the same file in
-// the same run. SPDX-License-Identifier: Apache-2.0
+// the same run.
+// SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 

@@ -1,5 +1,6 @@
 // glTF: writing and reading GLB, and Draco against the library alone (the same primitives, bits and
-// speed, encoded and decoded once, nothing checked). SPDX-License-Identifier: Apache-2.0
+// speed, encoded and decoded once, nothing checked).
+// SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>

@@ -69,12 +69,6 @@ Status PathInput::points(LengthUnit unit, const PathTaker& take) {
   return Error{ErrorCode::kInput, "the file has changed while it was read", {shown_, 0, 0, -1}};
 }
 
-Loaded<ToolPath> load_path(const std::string& name) {
-  const Result<InputBytes> file = read_file(name);
-  if (!file) return {std::nullopt, report(file.error())};
-  return load_path(file->bytes(), name);
-}
-
 Loaded<ToolPath> load_path(std::span<const std::byte> bytes, const std::string& name) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::string shown = name == "-" ? "stdin" : name;

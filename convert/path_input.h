@@ -38,9 +38,7 @@ class PathInput {
   ToolPath head_;
 };
 
-// Reads a path and holds it whole; its warnings are told.
-Loaded<ToolPath> load_path(const std::string& name);
-// The same for the content of `name`, read before.
+// A path held whole, of the content of `name`, read before; its warnings are told.
 Loaded<ToolPath> load_path(std::span<const std::byte> bytes, const std::string& name);
 
 // Every length into `unit`.

@@ -1,5 +1,6 @@
 // Draco 1.5.5 trusts what a stream claims: 92 bytes can ask for 6.9 GB. So the stream's own headers
-// are read first, and what comes out is checked again. SPDX-License-Identifier: Apache-2.0
+// are read first, and what comes out is checked again.
+// SPDX-License-Identifier: Apache-2.0
 #include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
 

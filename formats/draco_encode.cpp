@@ -1,7 +1,7 @@
 // Positions are quantized on one grid for the whole file: Draco's own choice, a grid a primitive,
 // opens every crease. The encoder drops degenerate faces, renumbers vertices and can write what its
-// decoder refuses, so each blob is decoded again and compared as geometry. SPDX-License-Identifier:
-// Apache-2.0
+// decoder refuses, so each blob is decoded again and compared as geometry.
+// SPDX-License-Identifier: Apache-2.0
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 

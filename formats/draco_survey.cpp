@@ -1,6 +1,6 @@
 // Walks over a stream in the order in which draco 1.5.5 reads it, keeping nothing. Only the symbols
-// of the valence traversal have to be decoded to be passed over. SPDX-License-Identifier:
-// Apache-2.0
+// of the valence traversal have to be decoded to be passed over.
+// SPDX-License-Identifier: Apache-2.0
 #include "formats/draco_survey.h"
 
 #include <draco/compression/entropy/symbol_decoding.h>

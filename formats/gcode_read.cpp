@@ -1,5 +1,6 @@
 // G-code of straight moves and arcs: words and modal state of RS274/NGC and of controllers like it,
-// as far as a three-axis path needs them. SPDX-License-Identifier: Apache-2.0
+// as far as a three-axis path needs them.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
 #include <cmath>

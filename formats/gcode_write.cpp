@@ -1,5 +1,6 @@
 // G-code that LinuxCNC's interpreter (rs274) accepts: one move a line, no exponents, modal words
-// first. SPDX-License-Identifier: Apache-2.0
+// first.
+// SPDX-License-Identifier: Apache-2.0
 #include "formats/path_formats.h"
 #include "formats/path_text.h"
 

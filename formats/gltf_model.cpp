@@ -1,5 +1,6 @@
 // The one place where tinygltf is compiled. It sees JSON that gltf_reduce has written, and what it
-// makes of it is checked again in 64 bits. SPDX-License-Identifier: Apache-2.0
+// makes of it is checked again in 64 bits.
+// SPDX-License-Identifier: Apache-2.0
 #include <fstream>  // the writer in tiny_gltf.h, which nothing calls, wants it
 #define TINYGLTF_IMPLEMENTATION
 #include "formats/gltf_model.h"

@@ -1,5 +1,6 @@
 // tinygltf 2.7.0 lets dozens of wrong files pass and overflows its stack on nested extras, so it
-// sees only what has been checked here, written anew. SPDX-License-Identifier: Apache-2.0
+// sees only what has been checked here, written anew.
+// SPDX-License-Identifier: Apache-2.0
 #include "formats/gltf_reduce.h"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // Written with a JSON library and our own layout: tinygltf's writer copies every buffer, knows no
-// Draco and reports success on a full disk. SPDX-License-Identifier: Apache-2.0
+// Draco and reports success on a full disk.
+// SPDX-License-Identifier: Apache-2.0
 #include "formats/gltf_text.h"
 
 #include <cmath>

@@ -263,17 +263,6 @@ Result<ByteSink*> OutputFileSet::file(std::string_view name) {
   return files_.open(folder_of(target_) + "/" + std::string(name));
 }
 
-Status write_files(const std::string& target, std::span<const FileBytes> files) {
-  OutputFiles output;
-  OutputFileSet set(output, target);
-  for (const FileBytes& file : files) {
-    const Result<ByteSink*> sink = set.file(file.name);
-    if (!sink) return sink.error();
-    if (const Status put = (*sink)->put(file.bytes); !put) return put;
-  }
-  return output.commit();
-}
-
 Status write_file(const std::string& target, std::string_view content) {
   OutputFiles output;
   const Result<ByteSink*> sink = output.open(target);

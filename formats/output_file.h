@@ -51,9 +51,7 @@ class OutputFileSet final : public FileSet {
   std::string target_;
 };
 
-// Writes and commits the files of one target in one go.
-Status write_files(const std::string& target, std::span<const FileBytes> files);
-// The same for one text or binary content.
+// Writes and commits one file of text or bytes.
 Status write_file(const std::string& target, std::string_view content);
 
 // Bytes that the program has written to outputs so far, by all threads.

@@ -61,18 +61,6 @@ std::string first_word_of(std::span<const std::byte> bytes) {
   return word;
 }
 
-std::string line_at(std::string_view text, std::size_t offset) {
-  constexpr std::size_t kShown = 200;
-  std::size_t first = offset, last = offset;
-  while (first > 0 && offset - first <= kShown && !is_line_end(text[first - 1])) --first;
-  while (last < text.size() && last - first <= kShown && !is_line_end(text[last])) ++last;
-  const std::string_view line = text.substr(first, last - first);
-  const bool shown = line.size() <= kShown && std::all_of(line.begin(), line.end(), [](char c) {
-                       return c == '\t' || static_cast<unsigned char>(c) >= 0x20;
-                     });
-  return shown ? std::string(line) : std::string();
-}
-
 bool TextScanner::skip_continuation() {
   const char* next = at_ + 1;
   if (next == end_ || !is_line_end(*next)) return false;

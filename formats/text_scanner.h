@@ -28,10 +28,6 @@ std::string_view text_of(std::span<const std::byte> bytes);
 // where there is none or it holds a byte that is no printable ASCII.
 std::string first_word_of(std::span<const std::byte> bytes);
 
-// The line's text for the caret line under a message: at most 200 bytes, none where it is not
-// printable.
-std::string line_at(std::string_view text, std::size_t offset);
-
 // Walks over a text. LF, CRLF and CR end a line, in any mixture. Lines are counted only when a
 // place is asked for.
 class TextScanner {

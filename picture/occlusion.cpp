@@ -1,6 +1,7 @@
 // Source: the estimator of McGuire, Osman, Bukowski and Hennessy, "The alchemy screen-space ambient
 // obscurance algorithm" (2011), on a fixed pattern instead of a random one: the same picture
-// always. SPDX-License-Identifier: Apache-2.0
+// always.
+// SPDX-License-Identifier: Apache-2.0
 #include "picture/occlusion.h"
 
 #include <algorithm>

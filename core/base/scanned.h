@@ -70,10 +70,6 @@ class ScannedSurface {
   void grid(std::span<const double> xs, std::span<const double> ys, const ScannedGrid& out,
             int threads) const;
 
-  // Certain enclosures over a plan box: of all layers there, the heights and slopes of the
-  // triangles that reach into it.
-  [[nodiscard]] BaseBounds bounds(const PlanBox& box) const;
-
   // A plane over a plan box and how far the triangles that reach into it lie above it at most, and
   // below: z - (c + gx dx + gy dy) is in `rest`, d from the box's centre. Much narrower than
   // bounds().z where the scan is nearly flat.
@@ -81,7 +77,8 @@ class ScannedSurface {
     double c = 0, gx = 0, gy = 0;
     Range rest;
   };
-  // The same bounds as above, and the band where there is anything.
+  // Certain enclosures over a plan box: of all layers there, the heights and slopes of the
+  // triangles that reach into it; and the band where there is anything.
   BaseBounds bounds(const PlanBox& box, Band& band) const;
 
   // The border edges that reach into the box, by number, not more than `most` of them.

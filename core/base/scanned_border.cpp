@@ -314,11 +314,6 @@ ScannedSurface::Layers ScannedSurface::layers(int threads) const {
   return layers;
 }
 
-BaseBounds ScannedSurface::bounds(const PlanBox& box) const {
-  Band band;
-  return bounds(box, band);
-}
-
 BaseBounds ScannedSurface::bounds(const PlanBox& box, Band& band) const {
   BaseBounds out;
   out.coverage = Coverage::kOutside;

@@ -1,6 +1,7 @@
 // The longest move from a point on is found by narrowing a window of slopes, one corner after
 // another (the cone method of Williams, 1978, and of Sklansky and Gonzalez, 1980), here with one
-// window side for overcut and one for undercut. SPDX-License-Identifier: Apache-2.0
+// window side for overcut and one for undercut.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/machining/path_fit.h"
 
 #include <cmath>

@@ -1,6 +1,7 @@
 // The paper's method, CC-Cartesian or along isoparametric curves: CC-data along each pass, CL-data
 // by equation (6), interferences removed, and the next pass by the cusp height at all contacts of
-// this one. SPDX-License-Identifier: Apache-2.0
+// this one.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
 #include <memory>

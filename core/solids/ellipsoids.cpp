@@ -1,5 +1,6 @@
 // Sphere and ellipsoid. Source: Choi, Lee, Hwang and Jun (1988), equation (9) and the frame before
-// (10). SPDX-License-Identifier: Apache-2.0
+// (10).
+// SPDX-License-Identifier: Apache-2.0
 #include "core/solids/frame.h"
 #include "core/solids/kinds.h"
 

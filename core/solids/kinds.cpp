@@ -12,20 +12,6 @@ constexpr const SolidKind* kKinds[] = {
     &kSphere,      &kEllipsoid,       &kParaboloid,
 };
 
-std::string_view operands_of(FieldShape shape) {
-  switch (shape) {
-    case FieldShape::kPoint:
-      return ",x,y,z";
-    case FieldShape::kDirection:
-      return ",i,j,k";
-    case FieldShape::kLength:
-      return ",r";
-    case FieldShape::kHeight:
-      return ",h";
-  }
-  return "";
-}
-
 }  // namespace
 
 std::span<const SolidKind* const> solid_kinds() { return kKinds; }
@@ -58,14 +44,6 @@ std::vector<std::string_view> solid_field_words() {
     }
   }
   return words;
-}
-
-std::string usage_of(const SolidKind& kind, const SolidOption& option) {
-  std::string text = "ID," + std::string(kind.keyword) + ',' + std::to_string(option.number);
-  for (const FieldKind& field : option.fields) {
-    text += " / " + std::string(field.keyword) + std::string(operands_of(field.shape));
-  }
-  return text;
 }
 
 }  // namespace diesink

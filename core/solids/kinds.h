@@ -1,6 +1,6 @@
 // The table of solids: parser, help, documentation and tests walk it. A new solid is a SolidKind in
-// a file of its own and a line in kinds.cpp (docs/adding-a-solid.md). SPDX-License-Identifier:
-// Apache-2.0
+// a file of its own and a line in kinds.cpp (docs/adding-a-solid.md).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -58,9 +58,6 @@ const SolidKind* find_solid_kind(std::string_view word);
 // Every keyword and alias, and every keyword of a data statement, once each.
 std::vector<std::string_view> solid_type_words();
 std::vector<std::string_view> solid_field_words();
-
-// "ID,R-CYLI,2 / P1,x,y,z / NOR,i,j,k / RAD,r / LEN,r": header and data statements of an option.
-std::string usage_of(const SolidKind& kind, const SolidOption& option);
 
 extern const SolidKind kTetrahedron, kTriangularPrism, kPyramid,
     kRectangularPrism;                                       // polyhedra.cpp

@@ -1,7 +1,8 @@
 // Enclosures over plan boxes. A body is convex, so its upper height is concave over its convex
 // shadow: a tangent plane bounds it from above, the corners from below; the discriminant and the
 // rims are conics whose gradients are linear. Source: Choi et al. 1988, equations (7) to (10);
-// convexity as in docs/tessellation.md. SPDX-License-Identifier: Apache-2.0
+// convexity as in docs/tessellation.md.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/cell_bounds.h"
 
 #include <algorithm>

@@ -245,9 +245,4 @@ double TriangleDeviation::over_base(const Vec3& a, const Vec3& b, const Vec3& c)
   return h < base.gap && h < margin ? h : base.gap;
 }
 
-double triangle_deviation(const CompoundSurface::Impl& surface, Label label, const Vec3& a,
-                          const Vec3& b, const Vec3& c) {
-  return TriangleDeviation(surface)(label, a, b, c);
-}
-
 }  // namespace diesink

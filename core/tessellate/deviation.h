@@ -62,8 +62,4 @@ class TriangleDeviation {
   std::optional<AffineBase> affine_;
 };
 
-// The same for one triangle; a TriangleDeviation kept is faster, for the base by far.
-double triangle_deviation(const CompoundSurface::Impl& surface, Label label, const Vec3& a,
-                          const Vec3& b, const Vec3& c);
-
 }  // namespace diesink

@@ -1,5 +1,6 @@
 // Newton's method on the exact equations of a curve, from a pair of points that a few halvings have
-// brought near. SPDX-License-Identifier: Apache-2.0
+// brought near.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/plan_curve.h"
 
 #include <Eigen/Geometry>

@@ -1,5 +1,6 @@
 // The drop against a search that knows nothing of contacts: nested golden sections over each
-// triangle. SPDX-License-Identifier: Apache-2.0
+// triangle.
+// SPDX-License-Identifier: Apache-2.0
 #include "core/machining/drop.h"
 #include "core/machining/lattice_drop.h"
 #include "core/machining/segment_profile.h"

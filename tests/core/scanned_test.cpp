@@ -365,7 +365,8 @@ TEST(Scanned, BoundsHoldWhateverIsThere) {
     PlanBox box{x(random), 0, y(random), 0};
     box.x1 = box.x0 + size(random) * part(random);
     box.y1 = box.y0 + size(random) * part(random);
-    const BaseBounds b = scan.bounds(box);
+    ScannedSurface::Band band;
+    const BaseBounds b = scan.bounds(box, band);
     inside += b.coverage == Coverage::kInside ? 1 : 0;
     outside += b.coverage == Coverage::kOutside ? 1 : 0;
     partly += b.coverage == Coverage::kPartly ? 1 : 0;

@@ -116,8 +116,6 @@ TEST(Kinds, TableIsConsistent) {
   EXPECT_EQ(solid_kinds().size(), 11u);
   EXPECT_EQ(words.size(), solid_type_words().size());
   EXPECT_EQ(find_solid_kind("TORUS"), nullptr);
-  EXPECT_EQ(usage_of(kRegularCylinder, kRegularCylinder.options[1]),
-            "ID,R-CYLI,2 / P1,x,y,z / NOR,i,j,k / RAD,r / LEN,r");
 }
 
 TEST(Polyhedra, RandomOnesAreProper) {

@@ -1,5 +1,6 @@
 // glTF files that are damaged or mean harm: refused or read with a warning, never a crash, a wild
-// index or much memory. SPDX-License-Identifier: Apache-2.0
+// index or much memory.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>

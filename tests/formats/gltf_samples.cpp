@@ -1,5 +1,6 @@
 // Writes glTF and GLB files of every kind the writer knows into a folder, for second readers to
-// look at. SPDX-License-Identifier: Apache-2.0
+// look at.
+// SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <fstream>
 #include <string>

@@ -1,6 +1,7 @@
 // Independent programs read what we write, and we read what they write: the Khronos validator,
 // glTF-Transform with draco3d and meshoptimizer, all from npm (tests/formats/npm, `npm ci`).
-// Without them these tests say so and skip. SPDX-License-Identifier: Apache-2.0
+// Without them these tests say so and skip.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <array>

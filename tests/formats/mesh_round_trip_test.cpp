@@ -1,5 +1,6 @@
 // What a format can hold comes back to the bit: STL, OBJ, PLY and OFF, each alone and each after
-// another. SPDX-License-Identifier: Apache-2.0
+// another.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <functional>

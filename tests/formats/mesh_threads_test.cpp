@@ -1,5 +1,6 @@
 // Text and binary STL read by several threads is the mesh, the warnings and the error that one
-// thread makes of it. SPDX-License-Identifier: Apache-2.0
+// thread makes of it.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <filesystem>

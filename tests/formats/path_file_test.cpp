@@ -1,5 +1,6 @@
 // Tool path files: what is written reads back, other programs' dialects are read, wrong ones are
-// told. SPDX-License-Identifier: Apache-2.0
+// told.
+// SPDX-License-Identifier: Apache-2.0
 #include "formats/path_file.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // libFuzzer target: any bytes as a glTF or GLB file. What is read must be sound and must be written
-// again. SPDX-License-Identifier: Apache-2.0
+// again.
+// SPDX-License-Identifier: Apache-2.0
 #include <cstdint>
 #include <cstdlib>
 

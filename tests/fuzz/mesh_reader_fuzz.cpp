@@ -1,7 +1,8 @@
 // Any bytes through one reader, DIESINK_FUZZED_FORMAT: refused, or a mesh that holds together, that
 // every writer of the text and binary formats takes, and that comes back from its own format with
 // the same triangles. Binary STL, which is read from its file piece by piece, comes through a file,
-// too, and through one that is cut or written to meanwhile. SPDX-License-Identifier: Apache-2.0
+// too, and through one that is cut or written to meanwhile.
+// SPDX-License-Identifier: Apache-2.0
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,5 +1,6 @@
 // Runs a fuzz target's seeds and past findings without a fuzzer: every file of the folders, and of
-// no more. SPDX-License-Identifier: Apache-2.0
+// no more.
+// SPDX-License-Identifier: Apache-2.0
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
