@@ -1,5 +1,6 @@
 // Strict readers for option values: CLI11 2.1.2 on its own takes `nan` and `inf` and reads `010` as
-// octal. SPDX-License-Identifier: Apache-2.0
+// octal.
+// SPDX-License-Identifier: Apache-2.0
 #include "convert/arguments.h"
 
 #include <CLI/App.hpp>
@@ -72,23 +73,26 @@ CLI::Option* add_whole_number(CLI::App& app, const std::string& names, std::opti
       ->type_name("N");
 }
 
-CLI::Option* add_number_pair(CLI::App& app, const std::string& names,
-                             std::optional<std::array<double, 2>>& value, const std::string& shape,
-                             const std::string& summary, NumberRange range) {
+CLI::Option* add_cutter(CLI::App& app, std::optional<std::array<double, 2>>& value,
+                        const std::string& summary) {
+  const std::string name = "--cutter";
   return app
       .add_option_function<std::string>(
-          names,
-          [names, shape, range, &value](const std::string& text) {
+          name,
+          [name, &value](const std::string& text) {
             const std::size_t comma = text.find(',');
-            if (comma == std::string::npos) {
-              refuse(names, "'" + text + "' is not two numbers " + shape);
-            }
+            if (comma == std::string::npos) refuse(name, "'" + text + "' is not two numbers D,R");
             const std::string_view both = text;
-            value = {checked(names, both.substr(0, comma), range),
-                     checked(names, both.substr(comma + 1), range)};
+            const double diameter = checked(name, both.substr(0, comma), kPositive);
+            const double corner = checked(name, both.substr(comma + 1), kNotNegative);
+            if (corner > diameter / 2) {
+              refuse(name, "'" + text + "' has a corner radius above half its diameter, " +
+                               to_text(diameter / 2));
+            }
+            value = {diameter, corner};
           },
           summary)
-      ->type_name(shape);
+      ->type_name("D,R");
 }
 
 CLI::Option* add_size(CLI::App& app, const std::string& names, std::array<int, 2>& value,

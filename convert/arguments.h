@@ -34,10 +34,9 @@ CLI::Option* add_number(CLI::App& app, const std::string& names, std::optional<d
                         const std::string& summary, NumberRange range = kAnyNumber);
 CLI::Option* add_whole_number(CLI::App& app, const std::string& names, std::optional<int>& value,
                               const std::string& summary, int low, int high);
-// `A,B`
-CLI::Option* add_number_pair(CLI::App& app, const std::string& names,
-                             std::optional<std::array<double, 2>>& value, const std::string& shape,
-                             const std::string& summary, NumberRange range = kAnyNumber);
+// `--cutter D,R`: diameter above 0, corner radius from 0 to half of it.
+CLI::Option* add_cutter(CLI::App& app, std::optional<std::array<double, 2>>& value,
+                        const std::string& summary);
 // `NXxNY`, both at least 1
 CLI::Option* add_size(CLI::App& app, const std::string& names, std::array<int, 2>& value,
                       const std::string& shape, const std::string& summary, int high);

@@ -234,8 +234,7 @@ Run setup(CLI::App& app) {
                  "tool path: .apt .cls .ncl .aptsource, .ngc, .csv, or - for APT on stdout")
       ->required()
       ->type_name("OUT");
-  add_number_pair(app, "--cutter", o->cutter, "D,R", "diameter and corner radius (default: CUTTER)",
-                  kNotNegative);
+  add_cutter(app, o->cutter, "diameter and corner radius (default: CUTTER)");
   add_choice(
       app, "--method", o->method, kMethods,
       "drop: the cutter lowered onto the surface; cc: CC-points offset, interferences removed");

@@ -21,7 +21,12 @@ Result<TriangleMesh> read_scan(const PartProgram& program, const MeshBase& base,
   Result<MeshFile> file = read_mesh_file(path == "-" ? "./-" : path, {}, diagnostics);
   if (!file) {
     Error error = file.error();
-    error.message += ", as the base surface of " + program.file;
+    if (error.where.line > 0 || error.where.byte >= 0) {
+      error.message += ", as the base surface of " + program.file;
+    } else {  // nowhere in the scan: where the program names it
+      error.message = error.where.file + ": " + error.message;
+      error.where = base.where;
+    }
     return error;
   }
   TriangleMesh& mesh = file->mesh;

@@ -15,6 +15,7 @@
 #include "convert/path_input.h"
 #include "convert/paths.h"
 #include "convert/text_table.h"
+#include "core/counted.h"
 #include "formats/output_file.h"
 #include "formats/png_image.h"
 #include "formats/text_number.h"
@@ -147,8 +148,9 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   }
   if (found->rapid_plunges > 0) {
     report_warning(options.path,
-                   std::to_string(found->rapid_plunges) +
-                       " rapid moves go down to or across the part below its highest point");
+                   counted(found->rapid_plunges,
+                           "rapid move goes|rapid moves go| down to or across the part below its "
+                           "highest point"));
   }
   if (found->uncut_area > 0) {
     report_warning(options.path, "more than the limit of " + number(found->limit) +
@@ -163,8 +165,7 @@ Run setup(CLI::App& app) {
   app.add_option("PATHS", o->path, "tool path: APT, G-code or CSV (- is stdin)")
       ->required()
       ->type_name("");
-  add_number_pair(app, "--cutter", o->cutter, "D,R",
-                  "diameter and corner radius (default: the path's, else CUTTER)", kNotNegative);
+  add_cutter(app, o->cutter, "diameter and corner radius (default: the path's, else CUTTER)");
   add_number(app, "--intol", o->intol, "gouge allowed (default: the path's, else INTOL or TOLER)",
              kNotNegative);
   add_number(app, "--outtol", o->outtol,

@@ -89,8 +89,8 @@ Run setup(CLI::App& app) {
       ->type_name("OUT.html");
   add_number(app, "--tolerance", o->sources.tolerance,
              "largest distance of a part's mesh from its surface (default: TOLER)", kPositive);
-  add_number_pair(app, "--cutter", o->sources.cutter, "D,R",
-                  "diameter and corner radius (default: the path's, else CUTTER)", kNotNegative);
+  add_cutter(app, o->sources.cutter,
+             "diameter and corner radius (default: the path's, else CUTTER)");
   app.add_flag("--verify", o->sources.verify,
                "with a part and a path: colours for what the cutter leaves, as verify finds it");
   add_mesh_input_options(app, o->sources.in);

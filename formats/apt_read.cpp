@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/counted.h"
 #include "core/nearest.h"
 #include "core/number.h"
 #include "formats/path_arc.h"
@@ -82,8 +83,9 @@ class AptReader {
     if (unknown_ > 0) {
       Place place = unknown_place_;
       lines_.warning(place.column,
-                     std::to_string(unknown_) +
-                         " statements without meaning for the path passed over, the first '" +
+                     counted(unknown_,
+                             "statement|statements| without meaning for the path passed "
+                             "over, the first '") +
                          unknown_word_ + "' in line " + std::to_string(place.line));
     }
   }

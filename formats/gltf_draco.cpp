@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/counted.h"
 #include "core/parallel.h"
 #include "formats/gltf_color.h"
 
@@ -147,8 +148,8 @@ Status compress(const TriangleMesh& mesh, const WriteOptions& options, GltfLayou
     layout.blobs.push_back(std::move(*blob));
   }
   if (plain > 0) {
-    layout.notes.push_back(std::to_string(plain) +
-                           " elements that Draco cannot hold unchanged are not compressed");
+    layout.notes.push_back(
+        counted(plain, "element|elements| that Draco cannot hold unchanged left uncompressed"));
   }
   layout.coordinates = std::move(snapped);
   return ok();

@@ -14,6 +14,9 @@ namespace diesink {
 namespace {
 
 constexpr std::size_t kReachSamples = 40'000;
+// More passes than any machine cuts: what asks for them is a slip of the pen, and would be planned
+// for weeks.
+constexpr double kMostPasses = 10e6;
 
 Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
 
@@ -62,11 +65,20 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
   const auto progress = [&](double part) {
     if (options.progress) options.progress(part);
   };
-  // Material around the domain counts, as far as the cutter reaches.
   const PartProgram& program = surface.program();
   const Machining& machining = program.machining;
   const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
                                      machining.y_range[0], machining.y_range[1]};
+  // A ball on level ground leaves cusps h where its passes lie 2 sqrt(h (d - h)) apart.
+  const double apart =
+      options.interval.value_or(2 * std::sqrt(options.cusp.value_or(0) * options.cutter.diameter));
+  const double across = std::hypot(domain[1] - domain[0], domain[3] - domain[2]);
+  if (!(across <= kMostPasses * apart)) {
+    return Error{ErrorCode::kLimit,
+                 "passes " + number_text(apart) + " apart are more than the limit of 10 million",
+                 {}};
+  }
+  // Material around the domain counts, as far as the cutter reaches.
   const Result<CompoundSurface> wide =
       widened(surface, options.cutter.diameter / 2 + options.intol + options.outtol);
   if (!wide) return wide.error();

@@ -197,9 +197,12 @@ void ExpressionReader::end(const Statement& header) {
 std::vector<BooleanStep> read_expression(const Section& section, const SolidNames& names,
                                          const Section* base_section, bool has_base,
                                          Report& report) {
+  const std::size_t errors = report.error_count();
   ExpressionReader reader(names, has_base, report);
   for (const Statement* s : section.statements) reader.line(*s);
   reader.end(*section.header);
+  // What an expression in error leaves out says nothing.
+  if (report.error_count() > errors) return std::move(reader.steps);
 
   std::vector<bool> used(names.surface.size() + 1, false);
   for (const BooleanStep& step : reader.steps) {

@@ -68,9 +68,23 @@ bool read_count(const Statement& statement, std::size_t index, int least, int mo
   return true;
 }
 
+std::optional<std::size_t> meant_word(std::string_view word,
+                                      const std::vector<std::string_view>& known) {
+  if (const std::optional<std::size_t> nearest = nearest_word(word, known)) return nearest;
+  constexpr std::size_t kFewest = 3;  // letters that tell one keyword from another
+  std::optional<std::size_t> longest;
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    if (known[k].size() >= kFewest && word.starts_with(known[k]) &&
+        (!longest || known[k].size() > known[*longest].size())) {
+      longest = k;
+    }
+  }
+  return longest;
+}
+
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& known) {
   if (word.size() < 2) return {};  // one letter may be meant for any other
-  const std::optional<std::size_t> nearest = nearest_word(word, known);
+  const std::optional<std::size_t> nearest = meant_word(word, known);
   return nearest ? "; did you mean " + std::string(known[*nearest]) + '?' : std::string();
 }
 

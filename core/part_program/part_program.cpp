@@ -178,6 +178,11 @@ std::optional<PartProgram> parse_part_program(std::string_view text, std::string
     report.hand_over(diagnostics);
     return std::nullopt;
   }
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    report.error(1, "the text is in UTF-16; ASCII or UTF-8 is expected");
+    report.hand_over(diagnostics);
+    return std::nullopt;
+  }
   const Statements statements = split_statements(text);
   if (statements.fault != LexFault::kNone) {
     report.error(statements.last_line,

@@ -7,12 +7,12 @@
 namespace diesink {
 
 void Report::error(const Statement& at, std::uint32_t column, std::string message, ErrorCode code) {
-  has_errors_ = true;
+  ++errors_;
   messages_.push_back({Severity::kError, code, at.line, column, at.line_text, std::move(message)});
 }
 
 void Report::error(std::uint32_t line, std::string message, ErrorCode code) {
-  has_errors_ = true;
+  ++errors_;
   messages_.push_back({Severity::kError, code, line, 1, {}, std::move(message)});
 }
 

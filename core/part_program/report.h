@@ -28,7 +28,8 @@ class Report {
   void error(std::uint32_t line, std::string message, ErrorCode code = ErrorCode::kInput);
   void warning(const Statement& at, std::uint32_t column, std::string message);
 
-  [[nodiscard]] bool has_errors() const { return has_errors_; }
+  [[nodiscard]] bool has_errors() const { return errors_ > 0; }
+  [[nodiscard]] std::size_t error_count() const { return errors_; }
   [[nodiscard]] Place place(const Statement& at, std::uint32_t column) const;
 
   // The first kMaxErrors errors and kMaxWarnings warnings by line and column, and how many warnings
@@ -45,7 +46,7 @@ class Report {
   };
   std::string file_;
   std::vector<Message> messages_;
-  bool has_errors_ = false;
+  std::size_t errors_ = 0;
 };
 
 }  // namespace diesink

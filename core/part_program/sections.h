@@ -62,6 +62,11 @@ bool read_field(const Statement& statement, std::size_t index, double& value, Re
 bool read_count(const Statement& statement, std::size_t index, int least, int most,
                 std::string_view what, int& value, Report& report);
 
+// The index of the known word that `word`, in upper case, was probably meant to be: one that few
+// edits make of it, or else the longest it begins with (RADIUS for RAD, TOLERANCE for TOLER).
+std::optional<std::size_t> meant_word(std::string_view word,
+                                      const std::vector<std::string_view>& known);
+
 // `; did you mean WORD?`, or nothing.
 std::string suggestion(std::string_view word, const std::vector<std::string_view>& known);
 

@@ -201,7 +201,7 @@ void SolidReader::stray(const Statement& s, const std::string& keyword) {
   if (!is_data) message += suggestion(keyword, own);
   report_.error(s, s.fields[0], message);
   // The statement it was meant to be is not missing as well.
-  const std::optional<std::size_t> meant = nearest_word(keyword, own);
+  const std::optional<std::size_t> meant = meant_word(keyword, own);
   if (!is_data && meant && given_[*meant] == nullptr) given_[*meant] = &s;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/number.h"
 #include "core/tessellate/floor_border.h"
 #include "core/tessellate/mesh_report.h"
 #include "core/tessellate/pinch.h"
@@ -541,9 +542,8 @@ Result<Tessellation> Assembler::run() {
     floor_ = options_.floor ? *options_.floor : lowest - 0.1 * longer;
     if (!(floor_ < lowest)) {
       return Error{ErrorCode::kInput,
-                   "the floor at " + std::to_string(floor_) +
-                       " is not below the surface, whose lowest point is at " +
-                       std::to_string(lowest),
+                   "the floor at " + number_text(floor_) +
+                       " is not below the surface, whose lowest point is at " + number_text(lowest),
                    {program.file}};
     }
   }

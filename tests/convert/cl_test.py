@@ -114,7 +114,10 @@ class Cl(CommandLineTest):
                               (("cl", part, "-o", "x.apt", "--along", "sideways"), WRONG_USAGE),
                               (("cl", part, "-o", "x.apt", "--along", "u"), WRONG_USAGE),
                               (("cl", part, "-o", "x.apt", "--along", "u", "--method", "cc"), BAD_INPUT),
-                              (("cl", part, "-o", "x.apt", "--cutter", "4,3"), BAD_INPUT),
+                              (("cl", part, "-o", "x.apt", "--cutter", "4,3"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--cutter", "0,0"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--interval", "1e-9"), BAD_INPUT),
+                              (("cl", part, "-o", "x.apt", "--cusp", "1e-30"), BAD_INPUT),
                               (("cl", part, "-o", "x.apt", "--interval", "1", "--cusp", "1"), WRONG_USAGE)):
             done = self.run_program(*words, status=status)
             self.assertIn(b"error: ", done.stderr)

@@ -66,6 +66,17 @@ class Scan(CommandLineTest):
         done = self.run_program("export", part, "-o", "alone.stl", status=2)
         self.assertIn(b"no triangle of the scan lies in the domain", done.stderr)
 
+    def test_a_scan_that_cannot_be_read_is_told_where_the_program_names_it(self):
+        part = self.write("die.part", PART)
+        done = self.run_program("export", part, "-o", "die.stl", status=2)
+        self.assertIn(b"die.part:11:6: error: ", done.stderr)
+        self.assertIn(b"scan.stl: cannot read: No such file or directory", done.stderr)
+        self.write("scan.stl", "solid\nfacet normal 0 0 1\nouter loup\n")
+        done = self.run_program("export", part, "-o", "die.stl", status=2)
+        self.assertIn(b"scan.stl:3:7: error: ", done.stderr)
+        self.assertIn(b", as the base surface of ", done.stderr)
+        self.assertFalse((self.folder / "die.stl").exists())
+
     def test_fill_closes_small_holes(self):
         part = self.scan()
         open_ = json.loads(self.run_program("info", part, "--json").stdout)["scan"]

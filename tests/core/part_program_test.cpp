@@ -224,6 +224,16 @@ TEST(Text, CaretLineIsShownSafely) {
   EXPECT_EQ(far.back(), '^');
 }
 
+TEST(Text, OfTwoBytesALetterIsTold) {
+  const std::vector<std::string> told = {
+      "1:1: error: the text is in UTF-16; ASCII or UTF-8 is expected"};
+  EXPECT_EQ(messages_of(std::string_view("\xFF\xFE"
+                                         "B\0O\0",
+                                         6)),
+            told);
+  EXPECT_EQ(messages_of(std::string_view("\xFE\xFF\0B\0O", 6)), told);
+}
+
 TEST(Limits, AreMessages) {
   const std::string head = "BOOLE-DEF\nS1\nSOLID-DEF\nS1,SPHER\nP1,0,0,0\nRAD,1\n";
   EXPECT_EQ(messages_of(std::string((16u << 20) + 1, ' ')),
