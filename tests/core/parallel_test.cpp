@@ -35,7 +35,7 @@ class Told {
 
 void nothing(std::size_t, std::size_t, int) {}
 
-TEST(Parallel, everyBlockOnce) {
+TEST(Parallel, EveryBlockOnce) {
   for (const int threads : {1, 2, 5}) {
     std::vector<std::atomic<int>> seen(103);
     parallel_blocks(seen.size(), 10, threads, [&](std::size_t begin, std::size_t end, int worker) {
@@ -47,7 +47,7 @@ TEST(Parallel, everyBlockOnce) {
 }
 
 // The threads that help are shared by all callers and by what blocks do in parallel themselves.
-TEST(Parallel, callersAndBlocksWithinBlocksShareTheThreads) {
+TEST(Parallel, CallersAndBlocksWithinBlocksShareTheThreads) {
   const auto sum = [](int rounds) {
     std::atomic<long> total{0};
     for (int round = 0; round < rounds; ++round) {
@@ -68,7 +68,7 @@ TEST(Parallel, callersAndBlocksWithinBlocksShareTheThreads) {
   for (const long each : of) EXPECT_EQ(each, 200 * 59 * 30);
 }
 
-TEST(Parallel, whatAHelperThrowsReachesTheCaller) {
+TEST(Parallel, WhatAHelperThrowsReachesTheCaller) {
   for (int round = 0; round < 100; ++round) {
     EXPECT_THROW(parallel_blocks(40, 1, 4,
                                  [](std::size_t begin, std::size_t, int) {
@@ -78,7 +78,7 @@ TEST(Parallel, whatAHelperThrowsReachesTheCaller) {
   }
 }
 
-TEST(ProgressSpan, tellsEveryBlockWithinItsEnds) {
+TEST(ProgressSpan, TellsEveryBlockWithinItsEnds) {
   for (const int threads : {1, 4}) {
     Told told;
     {
@@ -95,7 +95,7 @@ TEST(ProgressSpan, tellsEveryBlockWithinItsEnds) {
   }
 }
 
-TEST(ProgressSpan, whatABlockDoesInParallelIsNotTold) {
+TEST(ProgressSpan, WhatABlockDoesInParallelIsNotTold) {
   Told told;
   const ProgressSpan span(told.tell, 0, 1);
   parallel_blocks(3, 1, 1,
@@ -103,7 +103,7 @@ TEST(ProgressSpan, whatABlockDoesInParallelIsNotTold) {
   EXPECT_EQ(told.parts().size(), 3u);
 }
 
-TEST(ProgressSpan, theInnermostCountsAndAnEmptyOneIsSilent) {
+TEST(ProgressSpan, TheInnermostCountsAndAnEmptyOneIsSilent) {
   Told outer, inner;
   const ProgressSpan one(outer.tell, 0, 1);
   {
@@ -118,7 +118,7 @@ TEST(ProgressSpan, theInnermostCountsAndAnEmptyOneIsSilent) {
   EXPECT_EQ(outer.parts().size(), 5u);
 }
 
-TEST(ProgressSpan, oneThreadTellsItself) {
+TEST(ProgressSpan, OneThreadTellsItself) {
   tell_progress(0.5);  // nobody listens
   Told told;
   const ProgressSpan span(told.tell, 0.5, 1);
@@ -126,7 +126,7 @@ TEST(ProgressSpan, oneThreadTellsItself) {
   EXPECT_EQ(told.parts(), std::vector<double>{0.75});
 }
 
-TEST(ProgressSpan, staysInForceAfterWorkThatThrows) {
+TEST(ProgressSpan, StaysInForceAfterWorkThatThrows) {
   Told told;
   const ProgressSpan span(told.tell, 0, 1);
   EXPECT_THROW(

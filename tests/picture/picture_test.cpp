@@ -48,7 +48,7 @@ double covered(const Film& film) {
   return sum;
 }
 
-TEST(Camera, viewsAreRightHandedFramesThatFillTheFrame) {
+TEST(Camera, ViewsAreRightHandedFramesThatFillTheFrame) {
   const std::array<Vec3, 2> box{Vec3(1, 2, 3), Vec3(11, 8, 5)};
   const PixelBox frame{10, 20, 210, 120};
   for (const View view : {View::kPlan, View::kIso, View::kFront, View::kRight}) {
@@ -75,7 +75,7 @@ TEST(Camera, viewsAreRightHandedFramesThatFillTheFrame) {
   }
 }
 
-TEST(MeshFilm, coverIsTheAreaOfTheTriangles) {
+TEST(MeshFilm, CoverIsTheAreaOfTheTriangles) {
   const TriangleMesh mesh = mesh_of(
       {{3.2, 4.1, 0}, {90.7, 11.3, 5}, {40.4, 77.9, 2}, {95.5, 93.1, 1}}, {{0, 1, 2}, {1, 3, 2}});
   const auto area = [&](std::size_t t) {
@@ -87,7 +87,7 @@ TEST(MeshFilm, coverIsTheAreaOfTheTriangles) {
   EXPECT_NEAR(covered(film_of(mesh, pixel_camera(100), 100, 100)), area(0) + area(1), 4);
 }
 
-TEST(MeshFilm, theNearerTriangleIsSeenWhicheverComesFirst) {
+TEST(MeshFilm, TheNearerTriangleIsSeenWhicheverComesFirst) {
   for (const bool near_first : {false, true}) {
     TriangleMesh mesh =
         mesh_of({{0, 0, 1}, {40, 0, 1}, {0, 40, 1}, {0, 0, 2}, {40, 0, 2}, {0, 40, 2}},
@@ -102,7 +102,7 @@ TEST(MeshFilm, theNearerTriangleIsSeenWhicheverComesFirst) {
   }
 }
 
-TEST(MeshFilm, depthOfASlopedTriangleIsThatOfItsPlane) {
+TEST(MeshFilm, DepthOfASlopedTriangleIsThatOfItsPlane) {
   const auto z = [](double x, double y) { return 0.3 * x - 0.2 * y + 7; };
   const TriangleMesh mesh =
       mesh_of({{1, 2, z(1, 2)}, {47, 5, z(47, 5)}, {20, 44, z(20, 44)}}, {{0, 1, 2}});
@@ -119,7 +119,7 @@ TEST(MeshFilm, depthOfASlopedTriangleIsThatOfItsPlane) {
   EXPECT_GT(inner, 800U);
 }
 
-TEST(PlanFilm, everyPixelHasTheElementAndHeightOfTheSurface) {
+TEST(PlanFilm, EveryPixelHasTheElementAndHeightOfTheSurface) {
   const CompoundSurface surface = test::fixture("fig6");
   const Palette palette = palette_of(surface);
   Paint paint;
@@ -161,7 +161,7 @@ TEST(PlanFilm, everyPixelHasTheElementAndHeightOfTheSurface) {
   EXPECT_GT(compared, 30'000U);
 }
 
-TEST(Preview, sameBytesForAnyNumberOfThreads) {
+TEST(Preview, SameBytesForAnyNumberOfThreads) {
   const CompoundSurface surface = test::fixture("fig6");
   for (const View view : {View::kPlan, View::kIso}) {
     PreviewOptions options;
@@ -178,7 +178,7 @@ TEST(Preview, sameBytesForAnyNumberOfThreads) {
 
 // A plate is the lowest there is of the surface, so it has the colour of the scale's foot, purple;
 // were the block under it on the scale, it would be green.
-TEST(Preview, theScaleOfHeightsIsTheSurfacesOwn) {
+TEST(Preview, TheScaleOfHeightsIsTheSurfacesOwn) {
   const CompoundSurface surface = test::surface_of(
       "SOLID-DEF\nS1,SPHER\nP1,0,0,0\nRAD,2\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S1\n"
       "MACHI-DEF\nX-RNG,-10,10\nY-RNG,-10,10\n");
@@ -198,7 +198,7 @@ TEST(Preview, theScaleOfHeightsIsTheSurfacesOwn) {
   EXPECT_GT(purple, 10'000U);
 }
 
-TEST(Preview, wantsTrianglesAndASurfaceForDeviations) {
+TEST(Preview, WantsTrianglesAndASurfaceForDeviations) {
   PreviewOptions options;
   EXPECT_EQ(preview(TriangleMesh{}, options).error().code, ErrorCode::kInput);
   options.coloring = Coloring::kDeviation;
@@ -206,7 +206,7 @@ TEST(Preview, wantsTrianglesAndASurfaceForDeviations) {
   EXPECT_EQ(preview(mesh, options).error().code, ErrorCode::kUsage);
 }
 
-TEST(SharpEdges, thoseOfACubeWithoutItsDiagonalsWhetherWeldedOrNot) {
+TEST(SharpEdges, ThoseOfACubeWithoutItsDiagonalsWhetherWeldedOrNot) {
   std::vector<Vec3> corners;
   for (int k = 0; k < 8; ++k) corners.emplace_back(k & 1, k >> 1 & 1, k >> 2);
   const TriangleMesh cube = mesh_of(corners, {{0, 2, 1},
@@ -237,7 +237,7 @@ TEST(SharpEdges, thoseOfACubeWithoutItsDiagonalsWhetherWeldedOrNot) {
   EXPECT_EQ(ends, 4U);
 }
 
-TEST(StrokeMask, coversTheAreaOfTheStroke) {
+TEST(StrokeMask, CoversTheAreaOfTheStroke) {
   StrokeMask mask(100, 60);
   mask.add(Vec2(10.3, 12.8), Vec2(85.1, 44.6), 3);
   double sum = 0;
@@ -246,7 +246,7 @@ TEST(StrokeMask, coversTheAreaOfTheStroke) {
   EXPECT_NEAR(sum, 3 * length + 3.14159 * 1.5 * 1.5, 4);
 }
 
-TEST(Lettering, stringsAreAsWideAsTheirStrokesAndCapitalsAsTall) {
+TEST(Lettering, StringsAreAsWideAsTheirStrokesAndCapitalsAsTall) {
   for (const std::string_view text : {"H", "S2.side", "-0.25 mm"}) {
     double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
     for (const Stroke& stroke : text_strokes(text, Vec2(50, 40), 21)) {
@@ -267,7 +267,7 @@ TEST(Lettering, stringsAreAsWideAsTheirStrokesAndCapitalsAsTall) {
                                                    21));
 }
 
-TEST(ScaleBar, lengthsAreRound) {
+TEST(ScaleBar, LengthsAreRound) {
   EXPECT_DOUBLE_EQ(round_length(9.9), 5);
   EXPECT_DOUBLE_EQ(round_length(4.99), 2);
   EXPECT_DOUBLE_EQ(round_length(0.0012), 0.001);

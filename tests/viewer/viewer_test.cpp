@@ -34,7 +34,7 @@ std::vector<std::int32_t> unpacked(const PackedArrays& arrays, std::size_t count
   return values;
 }
 
-TEST(PackedArrays, extremesComeBack) {
+TEST(PackedArrays, ExtremesComeBack) {
   constexpr std::int32_t kLow = std::numeric_limits<std::int32_t>::min();
   constexpr std::int32_t kHigh = std::numeric_limits<std::int32_t>::max();
   const std::vector<std::int32_t> values{0, kLow, kHigh, kHigh, kLow, -1, 1, kHigh, 0, -7};
@@ -43,7 +43,7 @@ TEST(PackedArrays, extremesComeBack) {
   EXPECT_EQ(unpacked(arrays, 5, 2), values);
 }
 
-TEST(PackedArrays, onlyBytesThatAreNeeded) {
+TEST(PackedArrays, OnlyBytesThatAreNeeded) {
   PackedArrays arrays;
   arrays.add("zero", std::vector<std::int32_t>{0, 0, 0}, 3);
   arrays.add("none", {}, 3);
@@ -55,7 +55,7 @@ TEST(PackedArrays, onlyBytesThatAreNeeded) {
   EXPECT_EQ(arrays.bytes().size(), 9U);
 }
 
-TEST(Base64, everyLengthOfTheEnd) {
+TEST(Base64, EveryLengthOfTheEnd) {
   const auto of = [](std::string_view text) {
     return base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
   };
@@ -66,7 +66,7 @@ TEST(Base64, everyLengthOfTheEnd) {
   EXPECT_EQ(of("\xff\xfb"), "//s=");
 }
 
-TEST(SceneQuantum, isAPowerOfTenWithinItsBounds) {
+TEST(SceneQuantum, IsAPowerOfTenWithinItsBounds) {
   EXPECT_DOUBLE_EQ(scene_quantum(38, 0.02), 1e-4);
   EXPECT_DOUBLE_EQ(scene_quantum(38, 0.01), 1e-4);
   EXPECT_DOUBLE_EQ(scene_quantum(160, 0), 1e-4);
@@ -93,7 +93,7 @@ TriangleMesh prism(std::uint32_t sides) {
   return mesh;
 }
 
-TEST(SmoothNormals, blendOverBluntEdgesOnly) {
+TEST(SmoothNormals, BlendOverBluntEdgesOnly) {
   TriangleMesh round = prism(36), sharp = prism(6);
   smooth_normals(round, 30);
   smooth_normals(sharp, 30);
@@ -114,7 +114,7 @@ TEST(SmoothNormals, blendOverBluntEdgesOnly) {
   }
 }
 
-TEST(SmoothNormals, elementsAreNotBlended) {
+TEST(SmoothNormals, ElementsAreNotBlended) {
   TriangleMesh mesh = prism(36);
   mesh.elements.resize(2);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -125,7 +125,7 @@ TEST(SmoothNormals, elementsAreNotBlended) {
   EXPECT_GT((mesh.normals[mesh.corner_normals[0][0]] - Vec3::UnitX()).norm(), 0.05);
 }
 
-TEST(SmoothNormals, aFanOfManyTrianglesAndTrianglesWithoutAreaEnd) {
+TEST(SmoothNormals, AFanOfManyTrianglesAndTrianglesWithoutAreaEnd) {
   TriangleMesh mesh;
   constexpr std::uint32_t kMany = 200'000;
   mesh.positions.emplace_back(0, 0, 0);
@@ -139,7 +139,7 @@ TEST(SmoothNormals, aFanOfManyTrianglesAndTrianglesWithoutAreaEnd) {
   EXPECT_LT((mesh.normals[mesh.corner_normals[7][0]] - Vec3::UnitZ()).norm(), 1e-9);
 }
 
-TEST(ViewerPage, aSceneOfNothingIsRefused) {
+TEST(ViewerPage, ASceneOfNothingIsRefused) {
   const Result<std::string> page = viewer_page_of(Scene{});
   ASSERT_FALSE(page);
   EXPECT_EQ(page.error().code, can_view() ? ErrorCode::kInput : ErrorCode::kUnsupported);
