@@ -206,6 +206,46 @@ bool has_apex(const std::vector<BodyVertices>& vertices, const FunctionList& fs,
   return std::any_of(points.begin(), points.end(), [&](const Vec3& p) { return contains(box, p); });
 }
 
+// Where a silhouette ends at a rim of its body, and the silhouette of a side in contact with it
+// goes on from there: a bar with a ball at its end. All three touch in the one vertex, and meet
+// nowhere else in the box, as conics in contact do not.
+bool goes_on_beyond_rim(const Impl& surface, const std::vector<BodyVertices>& vertices,
+                        const FunctionList& fs, const CellBox& box, Vec3& vertex) {
+  using Kind = PlanFunction::Kind;
+  if (fs.count != 3) return false;
+  for (const PlanFunction& own : fs) {
+    if (own.kind != Kind::kSilhouette) continue;
+    const PlanFunction *rim = nullptr, *beyond = nullptr;
+    for (const PlanFunction& f : fs) {
+      if (&f == &own) continue;
+      if (f.solid == own.solid && (f.kind == Kind::kRim || f.kind == Kind::kShadow)) rim = &f;
+      if (f.solid != own.solid && f.kind == Kind::kSilhouette) beyond = &f;
+    }
+    if (rim == nullptr || beyond == nullptr || !own.regular() || !rim->regular() ||
+        !beyond->regular() ||
+        !(surface.contacts.is_inside(beyond->solid, own.solid) ||
+          surface.contacts.is_inside(own.solid, beyond->solid)))
+      continue;
+    int inside = 0;
+    for (const Vec3& p : vertices[static_cast<std::size_t>(own.solid)].points) {
+      if (!contains(box, p)) continue;
+      ++inside;
+      vertex = p;
+    }
+    if (inside != 1) continue;
+    // Both silhouettes run through it: their discriminants and the slope of the other's vanish
+    // there to what rounding leaves of a point.
+    const BodyLine& other = surface.bodies[static_cast<std::size_t>(beyond->solid)];
+    const SideQuadratic& s = other.side();
+    const double x = vertex.x() - s.cx, y = vertex.y() - s.cy;
+    const double form = s.d0 + x * (s.dx1 + s.dxx * x + s.dxy * y) + y * (s.dy1 + s.dyy * y);
+    const double steep =
+        std::hypot(s.dx1 + 2 * s.dxx * x + s.dxy * y, s.dy1 + 2 * s.dyy * y + s.dxy * x);
+    if (std::fabs(form) <= 64 * other.slack() * steep) return true;
+  }
+  return false;
+}
+
 void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, const CellBox& box,
             double flat, CellVerdict& v) {
   FunctionList& fs = v.functions;
@@ -239,6 +279,11 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     return;
   }
   if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, surface.tie, flat, v)) {
+    v.kind = CellKind::kCorner;
+    return;
+  }
+  if (goes_on_beyond_rim(surface, vertices, fs, box, v.vertex)) {
+    v.has_vertex = true;
     v.kind = CellKind::kCorner;
     return;
   }
