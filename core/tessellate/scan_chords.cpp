@@ -1,5 +1,6 @@
 // Straight chords over a sheet: which of its vertices, edges and triangles their nodes lie on.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 
 #include "core/tessellate/scan_arcs.h"
