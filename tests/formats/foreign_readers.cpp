@@ -4,7 +4,6 @@
 #include <assimp/scene.h>
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/DefaultTriMesh.hh>
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <assimp/Importer.hpp>
 
 #include <iostream>
@@ -12,6 +11,7 @@
 
 #include "core/mesh_tools/topology.h"
 #include "formats/json_writer.h"
+#include "tests/formats/openmesh_reading.h"
 
 namespace {
 
@@ -49,20 +49,9 @@ bool read_by_assimp(const std::string& path, TriangleMesh& mesh) {
 }
 
 bool read_by_openmesh(const std::string& path, TriangleMesh& mesh) {
-  OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble> other;
+  test::OtherMesh other;
   if (!OpenMesh::IO::read_mesh(other, path)) return false;
-  for (const auto v : other.vertices()) {
-    const auto& p = other.point(v);
-    mesh.positions.emplace_back(p[0], p[1], p[2]);
-  }
-  for (const auto f : other.faces()) {
-    std::array<std::uint32_t, 3> corners{};
-    std::size_t at = 0;
-    for (auto v = other.cfv_iter(f); v.is_valid() && at < 3; ++v) {
-      corners[at++] = static_cast<std::uint32_t>(v->idx());
-    }
-    mesh.triangles.push_back(corners);
-  }
+  mesh = test::taken_from(other);
   return true;
 }
 

@@ -4,33 +4,17 @@
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Mesh/DefaultTriMesh.hh>
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <string>
 
 #include "formats/registry.h"
+#include "tests/formats/openmesh_reading.h"
 #include "tests/formats/second_reader.h"
 
 namespace diesink {
 namespace {
 
-using OtherMesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
-
-TriangleMesh taken_from(const OtherMesh& other) {
-  TriangleMesh mesh;
-  for (const auto v : other.vertices()) {
-    const auto& p = other.point(v);
-    mesh.positions.emplace_back(p[0], p[1], p[2]);
-  }
-  for (const auto f : other.faces()) {
-    std::array<std::uint32_t, 3> corners{};
-    std::size_t at = 0;
-    for (auto v = other.cfv_iter(f); v.is_valid() && at < 3; ++v) {
-      corners[at++] = static_cast<std::uint32_t>(v->idx());
-    }
-    mesh.triangles.push_back(corners);
-  }
-  return mesh;
-}
+using test::OtherMesh;
+using test::taken_from;
 
 OtherMesh given_to(const TriangleMesh& mesh) {
   OtherMesh other;
