@@ -164,9 +164,9 @@ int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, doubl
   if (quadric.shape == QuadricShape::kCone) {
     // The mirrored nappe's heights are none of the body's.
     const Vec3 a = quadric.frame.row(2);
-    const Vec3 middle =
+    const Vec3 inside =
         at + Vec3(away * nx, away * ny, away * (zx * nx + zy * ny) - 0.5 * foot_rise / s.q2);
-    if (a.dot(middle - (quadric.p + quadric.C * a)) >= -slack) return 0;
+    if (a.dot(inside - (quadric.p + quadric.C * a)) >= -slack) return 0;
   }
   return foot_rise > 0 ? 1 : foot_rise < 0 ? -1 : 0;
 }
