@@ -33,7 +33,13 @@ void put_floats(std::span<const Vec3> from, const Vec3& offset, char* to);
 // Needs: base <= number < base + 65536.
 void put_shorts(std::span<const std::uint32_t> from, std::uint32_t base, char* to);
 
+// 32 bits each: number less base. `to` has room for 4 bytes each.
+void put_longs(std::span<const std::uint32_t> from, std::uint32_t base, char* to);
+
 // The least and the greatest of the numbers. Needs: one at least.
 std::array<std::uint32_t, 2> range_of(std::span<const std::uint32_t> numbers);
+
+// Whether no number is less than the one before it.
+[[nodiscard]] bool is_ascending(std::span<const std::uint32_t> numbers);
 
 }  // namespace diesink

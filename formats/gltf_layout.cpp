@@ -209,14 +209,14 @@ void for_positions(const GltfLayout& layout, const TriangleMesh& mesh,
   }
 }
 
-// Of a run of the mesh's own positions. Rounding keeps the order of numbers, so what is least
-// before it is least after it.
-void set_bounds_of_run(const GltfLayout& layout, const TriangleMesh& mesh,
-                       GltfPrimitive& primitive) {
+using Box = std::array<Vec3, 2>;
+
+// Of a run of the mesh's own positions.
+Box box_of_run(const GltfLayout& layout, const TriangleMesh& mesh, const GltfPrimitive& primitive) {
   const std::size_t begin = primitive.base, end = begin + primitive.vertex_count;
   constexpr std::size_t kBoxed = GltfLayout::kBoxed;
-  std::array<Vec3, 2> bounds{mesh.positions[begin], mesh.positions[begin]};
-  const auto add = [&bounds](const std::array<Vec3, 2>& box) {
+  Box bounds{mesh.positions[begin], mesh.positions[begin]};
+  const auto add = [&bounds](const Box& box) {
     bounds = {bounds[0].cwiseMin(box[0]), bounds[1].cwiseMax(box[1])};
   };
   for (std::size_t at = begin; at < end;) {
@@ -226,26 +226,41 @@ void set_bounds_of_run(const GltfLayout& layout, const TriangleMesh& mesh,
               : box_of(std::span(mesh.positions).subspan(at, next - at)));
     at = next;
   }
-  primitive.low = float_position(bounds[0], layout.frame.offset);
-  primitive.high = float_position(bounds[1], layout.frame.offset);
+  return bounds;
+}
+
+// Of the positions with these numbers.
+Box box_of_listed(const std::vector<Vec3>& all, std::span<const std::uint32_t> numbers) {
+  // Every second one has a box of its own: the next need not wait for the last.
+  std::array<Box, 2> boxes;
+  boxes.fill({all[numbers.front()], all[numbers.front()]});
+  for (std::size_t v = 0; v < numbers.size(); ++v) {
+    const Vec3& p = all[numbers[v]];
+    auto& [low, high] = boxes[v % 2];
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return {boxes[0][0].cwiseMin(boxes[1][0]), boxes[0][1].cwiseMax(boxes[1][1])};
 }
 
 void set_bounds(const GltfLayout& layout, const TriangleMesh& mesh, GltfPrimitive& primitive) {
-  if (layout.coordinates.empty() && primitive.position == nullptr) {
-    return set_bounds_of_run(layout, mesh, primitive);
-  }
-  for_positions(layout, mesh, primitive, [&](auto position) {
-    Float3 low = position(0), high = low;
+  if (!layout.coordinates.empty()) {
+    primitive.low = primitive.high = layout.coordinates[primitive.position_of(0)];
     for (std::size_t v = 1; v < primitive.vertex_count; ++v) {
-      const Float3 p = position(v);
+      const Float3& p = layout.coordinates[primitive.position_of(v)];
       for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], p[k]);
-        high[k] = std::max(high[k], p[k]);
+        primitive.low[k] = std::min(primitive.low[k], p[k]);
+        primitive.high[k] = std::max(primitive.high[k], p[k]);
       }
     }
-    primitive.low = low;
-    primitive.high = high;
-  });
+    return;
+  }
+  // Rounding keeps the order of numbers, so what is least before it is least after it.
+  const Box box = primitive.position == nullptr
+                      ? box_of_run(layout, mesh, primitive)
+                      : box_of_listed(mesh.positions, {primitive.position, primitive.vertex_count});
+  primitive.low = float_position(box[0], layout.frame.offset);
+  primitive.high = float_position(box[1], layout.frame.offset);
 }
 
 // Gives every view, and every primitive in it, a place.
@@ -325,8 +340,10 @@ void put_view(const GltfLayout& layout, const TriangleMesh& mesh, GltfViewKind k
       break;
     case kLongIndices:
       if (primitive.short_indices()) break;
-      put_values<std::uint32_t>(out, primitive.index_count,
-                                [=](std::size_t i) { return indices[i] - base; });
+      put_blocks<std::uint32_t>(out, primitive.index_count,
+                                [=](std::size_t begin, std::size_t size, char* to) {
+                                  put_longs({indices + begin, size}, base, to);
+                                });
       break;
     case kPositions:
       if (layout.coordinates.empty() && primitive.position == nullptr) {

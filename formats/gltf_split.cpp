@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "formats/float_rows.h"
 
@@ -63,6 +65,32 @@ struct ElementOrder {
                                      // empty where the mesh's own order is already this one
 };
 
+// A counting sort by element. The triangles are cut into as many parts as a core has places in
+// flight, each with counts of its own: a count that follows itself waits for its own store, the
+// counts of the parts do not wait for each other.
+void sort_by_element(const std::vector<std::uint32_t>& of, ElementOrder& sorted) {
+  constexpr std::size_t kParts = 4;
+  const std::size_t part = of.size() / kParts, element_count = sorted.first.size() - 1;
+  std::vector<std::array<std::uint32_t, kParts>> next(element_count);
+  const auto for_triangles = [&](auto use) {
+    for (std::size_t t = 0; t < part; ++t) {
+      for (std::size_t p = 0; p < kParts; ++p) use(p, p * part + t);
+    }
+    for (std::size_t t = kParts * part; t < of.size(); ++t) use(kParts - 1, t);
+  };
+  for_triangles([&](std::size_t p, std::size_t t) { ++next[of[t]][p]; });
+  std::uint32_t at = 0;
+  for (std::size_t e = 0; e < element_count; ++e) {
+    sorted.first[e] = at;
+    for (std::uint32_t& count : next[e]) at += std::exchange(count, at);
+  }
+  sorted.first[element_count] = at;
+  sorted.order.resize(of.size());
+  for_triangles([&, to = sorted.order.data()](std::size_t p, std::size_t t) {
+    to[next[of[t]][p]++] = static_cast<std::uint32_t>(t);
+  });
+}
+
 Result<ElementOrder> order_by_element(const TriangleMesh& mesh) {
   const std::vector<std::uint32_t>& of = mesh.triangle_element;
   const std::size_t element_count = std::max<std::size_t>(mesh.elements.size(), 1);
@@ -72,43 +100,26 @@ Result<ElementOrder> order_by_element(const TriangleMesh& mesh) {
     std::fill(found.first.begin() + 1, found.first.end(), mesh.triangles.size());
     return found;
   }
-  const bool sorted = std::is_sorted(of.begin(), of.end());
+  const bool sorted = is_ascending(of);
   const std::uint32_t most = sorted ? of.back() : range_of(of)[1];
   if (most >= element_count) {
     return wrong("a triangle belongs to element " + std::to_string(most) + " of " +
                  std::to_string(mesh.elements.size()));
   }
-  if (sorted) {
-    auto at = of.begin();
-    for (std::size_t e = 0; e < element_count; ++e) {
-      at = std::upper_bound(at, of.end(), static_cast<std::uint32_t>(e));
-      found.first[e + 1] = static_cast<std::size_t>(at - of.begin());
-    }
+  if (!sorted) {
+    sort_by_element(of, found);
     return found;
   }
-  // An element's triangles mostly follow one another: run by run.
-  const auto for_runs = [&of](auto use) {
-    for (std::size_t begin = 0, end = 0; begin < of.size(); begin = end) {
-      const std::uint32_t element = of[begin];
-      while (end < of.size() && of[end] == element) ++end;
-      use(element, begin, end);
-    }
-  };
-  for_runs([&](std::uint32_t element, std::size_t begin, std::size_t end) {
-    found.first[element + 1] += end - begin;
-  });
-  for (std::size_t e = 0; e < element_count; ++e) found.first[e + 1] += found.first[e];
-  std::vector<std::size_t> next = found.first;
-  found.order.resize(of.size());
-  for_runs([&](std::uint32_t element, std::size_t begin, std::size_t end) {
-    std::uint32_t* const to = found.order.data() + next[element];
-    std::iota(to, to + (end - begin), static_cast<std::uint32_t>(begin));
-    next[element] += end - begin;
-  });
+  auto at = of.begin();
+  for (std::size_t e = 0; e < element_count; ++e) {
+    at = std::upper_bound(at, of.end(), static_cast<std::uint32_t>(e));
+    found.first[e + 1] = static_cast<std::size_t>(at - of.begin());
+  }
   return found;
 }
 
 // The vertices made so far for each position, all within one primitive.
+template <bool kNormals>
 class CornerTable {
  public:
   explicit CornerTable(std::size_t positions) : heads_(positions) {}
@@ -119,22 +130,41 @@ class CornerTable {
     more_.clear();
   }
 
+  struct Found {
+    std::uint32_t vertex;
+    bool made;  // now, as `fresh`
+  };
   // The vertex of this corner; `fresh` where there was none. Whether there was cannot be foretold
-  // and is no branch; that a position has another normal already is rare.
-  std::uint32_t vertex(std::uint32_t position, std::uint32_t normal, std::uint32_t fresh) {
-    const std::uint64_t was = heads_[position];
-    const std::uint64_t made = std::uint64_t{normal} << 32 | (fresh + 1);
-    const std::uint64_t is = static_cast<std::uint32_t>(was) <= first_ ? made : was;
+  // and is no branch, and what is made now depends on the table alone, not on the last `fresh`;
+  // that a position has another normal already is rare.
+  Found vertex(std::uint32_t position, std::uint32_t normal, std::uint32_t fresh) {
+    const Head was = heads_[position];
+    const bool made = static_cast<std::uint32_t>(was) <= first_;
+    const Head is = made ? head(normal, fresh) : was;
     heads_[position] = is;
-    used_ += was == 0 ? 1 : 0;
-    if (is >> 32 == normal) [[likely]]
-      return static_cast<std::uint32_t>(is) - 1;
-    return further(position, normal, fresh);
+    if constexpr (kNormals) {
+      if (is >> 32 != normal) [[unlikely]] {
+        const std::uint32_t other = further(position, normal, fresh);
+        return {other, other == fresh};
+      }
+    }
+    return {static_cast<std::uint32_t>(is) - 1, made};
   }
 
-  [[nodiscard]] std::size_t used() const { return used_; }  // positions that got a vertex at all
+  // Positions that got a vertex at all.
+  [[nodiscard]] std::size_t used() const {
+    return heads_.size() -
+           static_cast<std::size_t>(std::count(heads_.begin(), heads_.end(), Head{0}));
+  }
 
  private:
+  // A position's vertex and one; above it, with normals, the first normal it had.
+  using Head = std::conditional_t<kNormals, std::uint64_t, std::uint32_t>;
+  static Head head(std::uint32_t normal, std::uint32_t vertex) {
+    if constexpr (kNormals) return Head{normal} << 32 | (vertex + 1);
+    return vertex + 1;
+  }
+
   static constexpr std::uint32_t kEnd = 0xFFFFFFFFu;
   struct More {
     std::uint32_t position, normal, vertex, next;
@@ -154,19 +184,19 @@ class CornerTable {
     return fresh;
   }
 
-  std::vector<std::uint64_t> heads_;  // the first normal of a position, and its vertex and one
-  std::vector<std::uint32_t> last_;   // of a position's further normals; none: no position has any
+  std::vector<Head> heads_;
+  std::vector<std::uint32_t> last_;  // of a position's further normals; none: no position has any
   std::vector<More> more_;
   std::uint32_t first_ = 0;
-  std::size_t used_ = 0;
 };
 
 // The triangles of a primitive in vertices of its own, which follow those there are.
 template <bool kNormals, bool kOrdered>
 std::uint32_t split_corners(const TriangleMesh& mesh, const std::vector<std::uint32_t>& order,
                             std::size_t first, std::size_t last, std::uint32_t first_vertex,
-                            CornerTable& made, SplitMesh& split, Triangle* to) {
-  CornerTable table = std::move(made);  // nobody else's, which keeps its parts in registers
+                            CornerTable<kNormals>& made, SplitMesh& split, Triangle* to) {
+  CornerTable<kNormals> table =
+      std::move(made);  // nobody else's, which keeps its parts in registers
   std::uint32_t fresh = first_vertex;
   constexpr std::size_t kBlock = 4096;
   for (std::size_t begin = first; begin < last; begin += kBlock) {
@@ -185,11 +215,11 @@ std::uint32_t split_corners(const TriangleMesh& mesh, const std::vector<std::uin
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t position = triangles[t][k];
         const std::uint32_t normal = kNormals ? normals[t][k] : 0;
-        const std::uint32_t vertex = table.vertex(position, normal, fresh);
+        const auto [vertex, is_new] = table.vertex(position, normal, fresh);
         (*to)[k] = vertex - first_vertex;
         position_of[fresh] = position;
         if (kNormals) normal_of[fresh] = normal;
-        fresh += vertex == fresh ? 1 : 0;
+        fresh += is_new ? 1 : 0;
       }
     }
   }
@@ -225,9 +255,13 @@ class RunFinder {
       low = std::min(low, least);
       high = std::max(high, most);
       if (high >= seen_.size()) return false;
-      for (const Triangle& corners : block) {
-        const std::uint32_t a = corners[0], b = corners[1],
-                            c = corners[2];  // before a store that might change them
+      // Memory has time meanwhile for the block that comes next.
+      const std::size_t next = std::min(t + kBlock, triangles.size() - block.size());
+      for (std::size_t i = 0; i < block.size(); ++i) {
+        __builtin_prefetch(triangles.data() + next + i);
+        if (!normals.empty()) __builtin_prefetch(normals.data() + next + i);
+        const std::uint32_t a = block[i][0], b = block[i][1],
+                            c = block[i][2];  // before a store that might change them
         seen[a] = seen[b] = seen[c] = stamp;
       }
     }
@@ -248,10 +282,9 @@ class RunFinder {
   std::uint8_t stamp_ = 0;
 };
 
-}  // namespace
-
-Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, bool runs) {
-  if (Status status = check(mesh, with_normals); !status) return status.error();
+// split_by_element() of a mesh whose arrays have their lengths.
+template <bool kNormals>
+Result<SplitMesh> split_checked(const TriangleMesh& mesh, bool runs) {
   SplitMesh split;
   const std::size_t triangle_count = mesh.triangles.size();
   if (triangle_count == 0) return split;
@@ -263,7 +296,7 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
 
   std::optional<RunFinder> finder;
   if (runs && order.empty()) {
-    const std::size_t normals = with_normals ? mesh.normals.size() : mesh.positions.size();
+    const std::size_t normals = kNormals ? mesh.normals.size() : mesh.positions.size();
     finder.emplace(std::min(mesh.positions.size(), normals));
   }
   const auto check_indices = [&](std::size_t begin, std::size_t end) {
@@ -271,7 +304,7 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
       return std::span(of).subspan(begin, end - begin);
     };
     Status found = check_range(part(mesh.triangles), begin, mesh.positions.size(), "vertex");
-    if (found && with_normals) {
+    if (found && kNormals) {
       found = check_range(part(mesh.corner_normals), begin, mesh.normals.size(), "normal");
     }
     return found;
@@ -279,20 +312,21 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
   if (!order.empty()) {
     if (Status found = check_indices(0, triangle_count); !found) return found.error();
   }
-  std::optional<CornerTable> table;
+  std::optional<CornerTable<kNormals>> table;
   std::uint32_t next_vertex = 0;
+  std::size_t next_triangle = 0;
   for (std::size_t e = 0; e < element_count; ++e) {
     if (first[e] == first[e + 1]) continue;
     SplitPrimitive primitive;
     if (!mesh.elements.empty()) primitive.element = static_cast<std::uint32_t>(e);
     primitive.first_triangle = first[e];
     primitive.triangle_count = first[e + 1] - first[e];
-    const std::span<const Triangle> normals =
-        with_normals ? mesh.corner_normals : std::span<const Triangle>{};
-    if (finder &&
-        finder->find(std::span(mesh.triangles).subspan(first[e], primitive.triangle_count),
-                     with_normals ? normals.subspan(first[e], primitive.triangle_count) : normals,
-                     primitive)) {
+    const auto own = [&](const std::vector<Triangle>& of) {
+      return std::span(of).subspan(first[e], primitive.triangle_count);
+    };
+    if (finder && finder->find(own(mesh.triangles),
+                               kNormals ? own(mesh.corner_normals) : std::span<const Triangle>{},
+                               primitive)) {
       split.primitives.push_back(primitive);
       continue;
     }
@@ -302,28 +336,31 @@ Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, 
     if (!table) {
       table.emplace(mesh.positions.size());
       split.position.reserve(mesh.positions.size() + mesh.positions.size() / 8);
-      if (with_normals) split.normal.reserve(split.position.capacity());
+      if (kNormals) split.normal.reserve(split.position.capacity());
+      split.triangles = std::make_unique_for_overwrite<Triangle[]>(triangle_count - first[e]);
     }
     primitive.first_vertex = next_vertex;
-    primitive.first_triangle = split.triangles.size();
-    if (split.triangles.empty()) split.triangles.reserve(triangle_count - first[e]);
-    split.triangles.resize(split.triangles.size() + primitive.triangle_count);
-    table->next_primitive(primitive.first_vertex);
+    primitive.first_triangle = next_triangle;
+    table->next_primitive(next_vertex);
     const auto corners =
-        with_normals    ? order.empty() ? split_corners<true, false> : split_corners<true, true>
-           : order.empty() ? split_corners<false, false>
-                        : split_corners<false, true>;
-    const std::uint32_t fresh =
-        corners(mesh, order, first[e], first[e + 1], primitive.first_vertex, *table, split,
-                split.triangles.data() + primitive.first_triangle);
-    next_vertex = fresh;
-    primitive.vertex_count = fresh - primitive.first_vertex;
+        order.empty() ? split_corners<kNormals, false> : split_corners<kNormals, true>;
+    next_vertex = corners(mesh, order, first[e], first[e + 1], next_vertex, *table, split,
+                          split.triangles.get() + next_triangle);
+    next_triangle += primitive.triangle_count;
+    primitive.vertex_count = next_vertex - primitive.first_vertex;
     split.primitives.push_back(primitive);
   }
   split.position.resize(next_vertex);
-  if (with_normals) split.normal.resize(next_vertex);
+  if (kNormals) split.normal.resize(next_vertex);
   if (table) split.used_positions = table->used();
   return split;
+}
+
+}  // namespace
+
+Result<SplitMesh> split_by_element(const TriangleMesh& mesh, bool with_normals, bool runs) {
+  if (Status status = check(mesh, with_normals); !status) return status.error();
+  return with_normals ? split_checked<true>(mesh, runs) : split_checked<false>(mesh, runs);
 }
 
 }  // namespace diesink

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/mesh.h"
@@ -31,7 +32,7 @@ struct SplitMesh {
   std::vector<SplitPrimitive> primitives;
   std::vector<std::uint32_t> position;  // index into mesh.positions
   std::vector<std::uint32_t> normal;    // index into mesh.normals; empty without normals
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::unique_ptr<std::array<std::uint32_t, 3>[]> triangles;  // null where all are as given
   std::size_t used_positions = 0;  // of the mesh's, by some triangle in the lists
 };
 

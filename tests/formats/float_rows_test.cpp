@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "formats/facet_rows.h"
@@ -128,6 +129,30 @@ TEST(FloatRows, NumbersBecomeShortsAndTellTheirRange) {
       std::uint16_t value = 0;
       std::memcpy(&value, bytes.data() + 2 * i, 2);
       EXPECT_EQ(value, numbers[i] - kBase);
+    }
+    std::vector<char> longs(4 * count + 1, 'x');
+    put_longs(numbers, kBase, longs.data());
+    EXPECT_EQ(longs.back(), 'x');
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint32_t value = 0;
+      std::memcpy(&value, longs.data() + 4 * i, 4);
+      EXPECT_EQ(value, numbers[i] - kBase);
+    }
+  }
+}
+
+TEST(FloatRows, OneNumberOutOfOrderIsSeenWhereverItStands) {
+  EXPECT_TRUE(is_ascending({}));
+  for (const std::size_t count : {1u, 2u, 9u, 40u, 5000u}) {
+    std::vector<std::uint32_t> numbers(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      numbers[i] = 4294967295u - static_cast<std::uint32_t>((count - i) / 3);
+    }
+    EXPECT_TRUE(is_ascending(numbers)) << count;
+    for (std::size_t at = 1; at<count; at += count> 100 ? 7 : 1) {
+      const std::uint32_t was = std::exchange(numbers[at], numbers[at - 1] - 1);
+      EXPECT_FALSE(is_ascending(numbers)) << at << " of " << count;
+      numbers[at] = was;
     }
   }
 }
