@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::size_t kMovesABlock = 256;
 constexpr std::size_t kSampleStep = 97;
+constexpr std::uint32_t kItemsATime = 64;
+constexpr double kHair = 1e-6;  // of a cell's side; more than its rounding far from the origin
 
 int cell_of(double at, double from, double cell, int count) {
   return static_cast<int>(std::clamp(std::floor((at - from) / cell), 0.0, count - 1.0));
@@ -37,28 +39,48 @@ bool clip(const SweepMove& move, double x0, double x1, double y0, double y1, dou
   return t0 <= t1;
 }
 
-// A lower bound of the cutter's height over a plan box, from the part of the move that reaches it.
-double height_bound(const CutterShape& cutter, const SweepMove& move, double x0, double x1,
-                    double y0, double y1) {
+float down(double v) {
+  const float f = static_cast<float>(v);
+  return static_cast<double>(f) > v ? std::nextafter(f, -HUGE_VALF) : f;
+}
+
+float up(double v) { return -down(-v); }
+
+// The box, and the height, of the part of a move from which the cutter reaches a box in plan; false
+// where none does.
+struct NearPart {
+  Vec2 low, high;
+  double z = 0;
+};
+
+bool near_part(const CutterShape& cutter, const SweepMove& move, const Vec2& box_low,
+               const Vec2& box_high, NearPart& out) {
   const double R = cutter.radius();
   const Vec3 d = move.to - move.from;
   Vec3 a = move.from, b = move.to;
   // Of a long move only the part near the box counts.
   if (std::abs(d.x()) + std::abs(d.y()) > R) {
     double t0, t1;
-    if (!clip(move, x0 - R, x1 + R, y0 - R, y1 + R, t0, t1)) {
-      return std::numeric_limits<double>::infinity();
+    if (!clip(move, box_low.x() - R, box_high.x() + R, box_low.y() - R, box_high.y() + R, t0, t1)) {
+      return false;
     }
     a = move.from + t0 * d;
     b = move.from + t1 * d;
   }
-  const double gap_x =
-      std::max(0.0, std::max(x0 - std::max(a.x(), b.x()), std::min(a.x(), b.x()) - x1));
-  const double gap_y =
-      std::max(0.0, std::max(y0 - std::max(a.y(), b.y()), std::min(a.y(), b.y()) - y1));
+  out.low = a.head<2>().cwiseMin(b.head<2>());
+  out.high = a.head<2>().cwiseMax(b.head<2>());
+  out.z = std::min(a.z(), b.z());
+  return true;
+}
+
+// A lower bound of the cutter's height over the box from there; infinity where it is too far off.
+double height_bound(const CutterShape& cutter, const NearPart& part, const Vec2& box_low,
+                    const Vec2& box_high) {
+  const double gap_x = std::max({0.0, box_low.x() - part.high.x(), part.low.x() - box_high.x()});
+  const double gap_y = std::max({0.0, box_low.y() - part.high.y(), part.low.y() - box_high.y()});
   const double gap = std::sqrt(gap_x * gap_x + gap_y * gap_y);
-  if (gap > R) return std::numeric_limits<double>::infinity();
-  return std::min(a.z(), b.z()) + cutter.height(gap);
+  if (gap > cutter.radius()) return std::numeric_limits<double>::infinity();
+  return part.z + cutter.height(gap);
 }
 
 }  // namespace
@@ -113,8 +135,26 @@ GougeSearch::GougeSearch(const TriangleMesh& mesh, const CutterShape& cutter)
   for (std::size_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
   items_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    each(t, [&](std::size_t c, double) { items_[next[c]++] = static_cast<std::uint32_t>(t); });
+  for (std::vector<float>* side : {&low_x_, &high_x_, &low_y_, &high_y_, &high_z_}) {
+    side->resize(items_.size());
+  }
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = corners(t);
+    const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    each(t, [&](std::size_t cell, double) {
+      const std::uint32_t k = next[cell]++;
+      const auto columns = static_cast<std::size_t>(nx_);
+      const double x = x0_ + static_cast<double>(cell % columns) * cell_,
+                   y = y0_ + static_cast<double>(cell / columns) * cell_;
+      items_[k] = t;
+      // Where rounding puts a border into the next cell, it is in that one as well.
+      const double hair = kHair * cell_;
+      low_x_[k] = down(std::max(low.x(), x - hair));
+      high_x_[k] = up(std::min(high.x(), x + cell_ + hair));
+      low_y_[k] = down(std::max(low.y(), y - hair));
+      high_y_[k] = up(std::min(high.y(), y + cell_ + hair));
+      high_z_[k] = up(high.z());
+    });
   }
 }
 
@@ -123,12 +163,25 @@ std::array<Vec3, 3> GougeSearch::corners(std::uint32_t triangle) const {
   return {mesh_->positions[ids[0]], mesh_->positions[ids[1]], mesh_->positions[ids[2]]};
 }
 
-// False where the triangle is certainly no deeper than that, by its box.
-bool GougeSearch::may_reach(const std::array<Vec3, 3>& triangle, const SweepMove& move,
-                            double depth) const {
-  const Vec3 low = triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]);
-  const Vec3 high = triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]);
-  return high.z() - height_bound(cutter_, move, low.x(), high.x(), low.y(), high.y()) > depth;
+void GougeSearch::mark_near(std::uint32_t begin, std::uint32_t count, const Vec2& low,
+                            const Vec2& high, double limit, std::uint8_t* near) const {
+  const float x0 = down(low.x()), x1 = up(high.x()), y0 = down(low.y()), y1 = up(high.y());
+  const float z = down(limit);
+  constexpr float kRounding = 1 + 1e-5F;  // of what follows, in single precision
+  const float R = up(cutter_.radius()), r = up(cutter_.corner()), flat = R - down(cutter_.corner());
+  const float *const bx0 = low_x_.data() + begin, *const bx1 = high_x_.data() + begin,
+                     *const by0 = low_y_.data() + begin, *const by1 = high_y_.data() + begin,
+                     *const top = high_z_.data() + begin;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const float gap_x = std::max(0.0F, std::max(bx0[k] - x1, x0 - bx1[k]));
+    const float gap_y = std::max(0.0F, std::max(by0[k] - y1, y0 - by1[k]));
+    // So far from its axis the cutter is lower than the top.
+    const float over = top[k] - z, in_corner = std::min(over, r);
+    const float reach =
+        (flat + std::sqrt(std::max(0.0F, in_corner * (2 * r - in_corner)))) * kRounding;
+    near[k] = static_cast<std::uint8_t>(
+        (over > 0) & (gap_x * gap_x + gap_y * gap_y <= reach * reach * kRounding));
+  }
 }
 
 // A height for the shank's end, above everything.
@@ -159,17 +212,24 @@ void GougeSearch::each_near(const SweepMove& move, const double& depth, const Vi
     for (int ci = cell_of(std::min(xa, xb) - R, x0_, cell_, nx_); ci <= ci1; ++ci) {
       const auto c = static_cast<std::size_t>(cj) * static_cast<std::size_t>(nx_) +
                      static_cast<std::size_t>(ci);
-      const double cell_x = x0_ + ci * cell_;
-      const double top = static_cast<double>(tops_[c]);
       // Vertically no deeper than the worst so far, hence not deeper at all; the first test is
       // without the cutter's shape.
+      const double top = static_cast<double>(tops_[c]);
       if (start_[c] == start_[c + 1] || top - std::min(move.from.z(), move.to.z()) <= depth)
         continue;
-      if (top - height_bound(cutter_, move, cell_x, cell_x + cell_, cell_y, cell_y + cell_) <=
-          depth)
+      const Vec2 low(x0_ + ci * cell_, cell_y), high(low.x() + cell_, cell_y + cell_);
+      NearPart part;
+      if (!near_part(cutter_, move, low, high, part) ||
+          top - height_bound(cutter_, part, low, high) <= depth) {
         continue;
-      for (std::uint32_t k = start_[c]; k < start_[c + 1]; ++k) {
-        if (!visit(items_[k])) return;
+      }
+      std::array<std::uint8_t, kItemsATime> near;
+      for (std::uint32_t begin = start_[c]; begin < start_[c + 1]; begin += kItemsATime) {
+        const std::uint32_t count = std::min(kItemsATime, start_[c + 1] - begin);
+        mark_near(begin, count, part.low, part.high, part.z + depth, near.data());
+        for (std::uint32_t k = 0; k < count; ++k) {
+          if (near[k] != 0 && !visit(items_[begin + k])) return;
+        }
       }
     }
   }
@@ -185,9 +245,7 @@ void GougeSearch::search(const SweepMove& move, Scratch& scratch, Gouge& worst) 
   each_near(move, worst.depth, [&](std::uint32_t t) {
     if (scratch.seen[t] == scratch.mark) return true;
     scratch.seen[t] = scratch.mark;
-    const std::array<Vec3, 3> triangle = corners(t);
-    if (!may_reach(triangle, move, worst.depth)) return true;
-    const SweepDepth depth = sweep_depth(cutter_, move, triangle, worst.depth, ceiling);
+    const SweepDepth depth = sweep_depth(cutter_, move, corners(t), worst.depth, ceiling);
     worst.bound = std::max(worst.bound, depth.bound);
     if (depth.found > worst.depth) {
       worst.depth = depth.found;
@@ -203,9 +261,7 @@ bool GougeSearch::stands_free(const Vec3& tip, double depth) const {
   const double ceiling = ceiling_over(still);
   bool free = true;
   each_near(still, depth, [&](std::uint32_t t) {
-    const std::array<Vec3, 3> triangle = corners(t);
-    if (!may_reach(triangle, still, depth)) return true;
-    free = !(sweep_depth(cutter_, still, triangle, depth, ceiling).found > depth);
+    free = !(sweep_depth(cutter_, still, corners(t), depth, ceiling).found > depth);
     return free;
   });
   return free;

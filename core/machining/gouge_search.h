@@ -39,12 +39,14 @@ class GougeSearch {
     std::vector<std::uint32_t> seen;
     std::uint32_t mark = 0;
   };
+  // Marks the items [begin, begin + count) whose part in their cell the cutter may hold deeper than
+  // `limit` is over the tip, which stays in the box from `low` to `high`.
+  void mark_near(std::uint32_t begin, std::uint32_t count, const Vec2& low, const Vec2& high,
+                 double limit, std::uint8_t* near) const;
   // Calls visit(triangle) for the triangles that may reach deeper than `depth` into the move, some
   // of them more than once, until it returns false; depth may grow meanwhile.
   template <class Visit>
   void each_near(const SweepMove& move, const double& depth, const Visit& visit) const;
-  [[nodiscard]] bool may_reach(const std::array<Vec3, 3>& triangle, const SweepMove& move,
-                               double depth) const;
   [[nodiscard]] double ceiling_over(const SweepMove& move) const;
   [[nodiscard]] std::array<Vec3, 3> corners(std::uint32_t triangle) const;
   [[nodiscard]] Vec3 deepest_point(const SweepMove& move, std::uint32_t triangle) const;
@@ -56,6 +58,9 @@ class GougeSearch {
   int nx_ = 1, ny_ = 1;
   std::vector<std::uint32_t> start_, items_;
   std::vector<float> tops_;  // of the cells, rounded up
+  // Of each item the part of its triangle's box that lies in its cell, and the triangle's top;
+  // rounded outward.
+  std::vector<float> low_x_, high_x_, low_y_, high_y_, high_z_;
   Gouge worst_;
   std::vector<Scratch> scratch_;  // one a thread
 };

@@ -6,20 +6,39 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/base_surface.h"
 #include "core/parallel.h"
 
 namespace diesink {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kTile = 4;  // points a side
+constexpr std::size_t kTile = 4;   // points a side
+constexpr std::size_t kBlock = 8;  // tiles a side
 
-// How fast the cutter's lower surface rises along the move at b before its axis and w beside it.
-double rise_at(const CutterShape& cutter, double b, double w) {
-  const double rho = std::sqrt(b * b + w * w), d = rho - cutter.flat();
-  if (d <= 0) return 0;
-  const double below = (cutter.corner() - d) * (cutter.corner() + d);
-  return below > 0 ? d / std::sqrt(below) * b / rho : std::copysign(kInfinity, b);
+// How far behind the axis, along a move of the slope `steep`, the corner of a bull nose is lowest
+// over a line w beside it; at least `low`. There the corner's slope along the move is the move's:
+// with rho the distance from the axis and d = rho - a, d b / (rho sqrt(r² - d²)) = steep, or
+// d = r steep q, q² = rho² / (b² + steep² rho²). Over t = b² rho grows and is concave, q falls and
+// is convex: Newton's method comes to the root from below, in every step.
+double corner_back(const CutterShape& cutter, double steep, double w, double low) {
+  const double r = cutter.corner(), a = cutter.flat(), R = cutter.radius();
+  const double w2 = w * w, bend = 1 + steep * steep;
+  const double touch = a + r * steep / std::sqrt(bend);  // the root for w = 0, else below it
+  double t = std::max({0.0, low * low, touch * touch - w2});
+  constexpr int kMostSteps = 60;
+  constexpr double kRounding = 1e-14;  // of the radius, squared
+  for (int k = 0; k < kMostSteps; ++k) {
+    const double rho = std::sqrt(t + w2), below = bend * t + steep * steep * w2;
+    if (!(rho > 0 && below > 0)) break;  // over the axis, where the end is flat
+    const double q = rho / std::sqrt(below);
+    const double missing = a + r * steep * q - rho;
+    const double growth = 0.5 / rho + r * steep * w2 / (2 * q * below * below);
+    const double step = missing / growth;
+    if (!(step > kRounding * R * R)) break;
+    t += step;
+  }
+  return std::sqrt(t);
 }
 
 // Where along the move, in plan length from its start, the cutter is lowest over a point that lies
@@ -41,17 +60,8 @@ double lowest_at(const CutterShape& cutter, double slope, double u, double w, do
   } else if (a <= 0) {
     back = steep / std::sqrt(1 + steep * steep) *
            std::sqrt(std::max(0.0, cutter.radius() * cutter.radius() - w * w));
-  } else if (rise_at(cutter, high, w) <= steep) {
-    back = high;
   } else {
-    // The rise grows with the distance; most often it is too much from the beginning of the piece.
-    if (rise_at(cutter, low, w) < steep) {
-      for (int k = 0; k < 50 && high - low > 1e-13 * cutter.radius(); ++k) {
-        const double b = low + (high - low) / 2;
-        (rise_at(cutter, b, w) < steep ? low : high) = b;
-      }
-    }
-    back = low;
+    back = std::min(high, corner_back(cutter, steep, w, low));
   }
   return std::clamp(u + side * back, first, last);
 }
@@ -59,6 +69,19 @@ double lowest_at(const CutterShape& cutter, double slope, double u, double w, do
 struct PlannedMove {
   SweepMove move;
   double dx = 0, dy = 0, length = 0, slope = 0;
+
+  // Its part between two heights of the plan, in x.
+  [[nodiscard]] std::array<double, 2> between(double y0, double y1) const {
+    const Vec3 d = move.to - move.from;
+    double t0 = 0, t1 = 1;
+    if (d.y() != 0) {
+      const double ta = (y0 - move.from.y()) / d.y(), tb = (y1 - move.from.y()) / d.y();
+      t0 = std::clamp(std::min(ta, tb), 0.0, 1.0);
+      t1 = std::clamp(std::max(ta, tb), 0.0, 1.0);
+    }
+    const double xa = move.from.x() + t0 * d.x(), xb = move.from.x() + t1 * d.x();
+    return {std::min(xa, xb), std::max(xa, xb)};
+  }
 };
 
 PlannedMove planned(const SweepMove& move) {
@@ -91,21 +114,35 @@ double height_over(const CutterShape& cutter, const PlannedMove& m, double x, do
          cutter.height(std::min(R, std::sqrt(w * w + (s - u) * (s - u))));
 }
 
-// Least distance in plan between a move and a box.
-double box_distance(const PlannedMove& m, double x0, double x1, double y0, double y1) {
-  const double gap_x = std::max(0.0, std::max(x0 - std::max(m.move.from.x(), m.move.to.x()),
-                                              std::min(m.move.from.x(), m.move.to.x()) - x1));
-  const double gap_y = std::max(0.0, std::max(y0 - std::max(m.move.from.y(), m.move.to.y()),
-                                              std::min(m.move.from.y(), m.move.to.y()) - y1));
-  // Also square to the move: the box's nearest corner.
-  double square = 0;
+// Nothing the move leaves over the box is lower; infinity where it does not come over it.
+double lowest_in(const CutterShape& cutter, const PlannedMove& m, const PlanBox& box) {
+  const auto& [from, to] = m.move;
+  const double gap_x =
+      std::max({0.0, box.x0 - std::max(from.x(), to.x()), std::min(from.x(), to.x()) - box.x1});
+  const double gap_y =
+      std::max({0.0, box.y0 - std::max(from.y(), to.y()), std::min(from.y(), to.y()) - box.y1});
+  double gap2 = gap_x * gap_x + gap_y * gap_y;
+  double low = std::min(from.z(), to.z());
   if (m.length > 0) {
-    const double middle_x = (x0 + x1) / 2 - m.move.from.x(),
-                 middle_y = (y0 + y1) / 2 - m.move.from.y();
-    const double half = std::fabs(m.dx) * (y1 - y0) / 2 + std::fabs(m.dy) * (x1 - x0) / 2;
-    square = std::fabs(middle_y * m.dx - middle_x * m.dy) - half;
+    const double x = (box.x0 + box.x1) / 2 - from.x(), y = (box.y0 + box.y1) / 2 - from.y();
+    const double width = (box.x1 - box.x0) / 2, depth = (box.y1 - box.y0) / 2;
+    // Square to the move the box's nearest corner may be further off.
+    const double square =
+        std::fabs(y * m.dx - x * m.dy) - (std::fabs(m.dx) * depth + std::fabs(m.dy) * width);
+    if (square > 0) gap2 = std::max(gap2, square * square);
+    // And the tip is no lower than where it is within a radius of the box.
+    const double u = x * m.dx + y * m.dy;
+    const double half = cutter.radius() + std::fabs(m.dx) * width + std::fabs(m.dy) * depth;
+    low = from.z() + m.slope * std::clamp(m.slope > 0 ? u - half : u + half, 0.0, m.length);
   }
-  return std::max(square, std::sqrt(gap_x * gap_x + gap_y * gap_y));
+  // Of the figures below, more than their rounding: no order of moves shows in what is left.
+  constexpr double kRounding = 1e-13;
+  const double R = cutter.radius();
+  const double hair = kRounding * (R + std::fabs(from.x()) + std::fabs(from.y()) + m.length);
+  const double gap = std::max(0.0, std::sqrt(gap2) - hair);
+  if (gap > R) return kInfinity;
+  return low + cutter.height(gap) - std::fabs(m.slope) * hair -
+         kRounding * (std::fabs(from.z()) + std::fabs(to.z()));
 }
 
 float rounded_up(double v) {
@@ -145,49 +182,85 @@ void SweptHeights::cut(std::span<const SweepMove> moves, int threads) {
   const CutterShape& cutter = cutter_;
   const PlanLattice& lattice = lattice_;
   const double R = cutter.radius();
-  constexpr std::size_t kBandTiles = 8;
-  const std::size_t bands = (tile_rows_ + kBandTiles - 1) / kBandTiles;
-  // Moves by the bands of rows they come over, in their order.
-  const auto rows_of = [&](const SweepMove& m) {
-    return index_span(std::min(m.from.y(), m.to.y()) - R, std::max(m.from.y(), m.to.y()) + R,
-                      lattice.y0, lattice.dy, lattice.rows);
+  const std::size_t across = (tile_columns_ + kBlock - 1) / kBlock;
+  const std::size_t blocks = across * ((tile_rows_ + kBlock - 1) / kBlock);
+  std::vector<PlannedMove> all;
+  all.reserve(moves.size());
+  for (const SweepMove& move : moves) all.push_back(planned(move));
+  // Moves by the blocks they come over. A tile's cells reach to the first points of the next.
+  std::vector<std::vector<std::uint32_t>> items(blocks);
+  constexpr std::size_t kPoints = kBlock * kTile;
+  const auto first_block = [](std::size_t point) {
+    return (point - std::min<std::size_t>(point, 1)) / kPoints;
   };
-  constexpr std::size_t kBandRows = kBandTiles * kTile;
-  std::vector<std::vector<std::uint32_t>> items(bands);
-  for (std::size_t k = 0; k < moves.size(); ++k) {
-    const IndexSpan rows = rows_of(moves[k]);
+  for (std::uint32_t k = 0; k < all.size(); ++k) {
+    const auto& [from, to] = all[k].move;
+    const IndexSpan rows =
+        index_span(std::min(from.y(), to.y()) - R, std::max(from.y(), to.y()) + R, lattice.y0,
+                   lattice.dy, lattice.rows);
     if (rows.first > rows.last) continue;
-    // A tile's cells reach to the first points of the next.
-    for (std::size_t b = (rows.first - std::min<std::size_t>(rows.first, 1)) / kBandRows;
-         b <= rows.last / kBandRows; ++b) {
-      items[b].push_back(static_cast<std::uint32_t>(k));
+    for (std::size_t bj = first_block(rows.first); bj <= rows.last / kPoints; ++bj) {
+      const double y0 = lattice.y(bj * kPoints),
+                   y1 = lattice.y(std::min(bj * kPoints + kPoints, lattice.rows - 1));
+      const auto [x0, x1] = all[k].between(y0 - R, y1 + R);
+      const IndexSpan columns = index_span(x0 - R, x1 + R, lattice.x0, lattice.dx, lattice.columns);
+      if (columns.first > columns.last) continue;
+      for (std::size_t bi = first_block(columns.first); bi <= columns.last / kPoints; ++bi) {
+        items[bj * across + bi].push_back(k);
+      }
     }
   }
   const std::vector<double>& part = *surface_;
-  parallel_blocks(bands, 1, threads, [&](std::size_t begin, std::size_t end, int) {
+  parallel_blocks(blocks, 1, threads, [&](std::size_t begin, std::size_t end, int) {
     std::array<double, (kTile + 1) * (kTile + 1)> z;
-    for (std::size_t band = begin; band < end; ++band) {
-      const std::size_t tile_end = std::min((band + 1) * kBandTiles, tile_rows_);
-      for (const std::uint32_t item : items[band]) {
-        const PlannedMove m = planned(moves[item]);
-        const double low = std::min(m.move.from.z(), m.move.to.z());
-        const IndexSpan rows = rows_of(m.move);
-        const IndexSpan columns = index_span(std::min(m.move.from.x(), m.move.to.x()) - R,
-                                             std::max(m.move.from.x(), m.move.to.x()) + R,
-                                             lattice.x0, lattice.dx, lattice.columns);
-        if (columns.first > columns.last) continue;
-        const std::size_t first = rows.first - std::min<std::size_t>(rows.first, 1);
-        for (std::size_t tj = std::max(first / kTile, band * kBandTiles);
-             tj <= rows.last / kTile && tj < tile_end; ++tj) {
+    struct Bounded {
+      double low;
+      std::uint32_t item;
+    };
+    std::vector<Bounded> order;
+    for (std::size_t block = begin; block < end; ++block) {
+      if (items[block].empty()) continue;
+      const std::size_t ti0 = block % across * kBlock, tj0 = block / across * kBlock;
+      const std::size_t ti1 = std::min(ti0 + kBlock, tile_columns_),
+                        tj1 = std::min(tj0 + kBlock, tile_rows_);
+      const auto box_of = [&](std::size_t i0, std::size_t i1, std::size_t j0, std::size_t j1) {
+        return PlanBox{lattice.x(i0 * kTile), lattice.x(std::min(i1 * kTile, lattice.columns - 1)),
+                       lattice.y(j0 * kTile), lattice.y(std::min(j1 * kTile, lattice.rows - 1))};
+      };
+      const auto block_top = [&] {
+        double top = -kInfinity;
+        for (std::size_t tj = tj0; tj < tj1; ++tj) {
+          for (std::size_t ti = ti0; ti < ti1; ++ti) {
+            top = std::max(top, highest_[tj * tile_columns_ + ti]);
+          }
+        }
+        return top;
+      };
+      // The lowest first: they leave so little that most of the others cut nothing.
+      const PlanBox box = box_of(ti0, ti1, tj0, tj1);
+      double highest = block_top();
+      order.clear();
+      for (const std::uint32_t item : items[block]) {
+        const double low = lowest_in(cutter, all[item], box);
+        if (low < highest) order.push_back({low, item});
+      }
+      std::sort(order.begin(), order.end(), [](const Bounded& p, const Bounded& q) {
+        return p.low != q.low ? p.low < q.low : p.item < q.item;
+      });
+      for (const Bounded& next : order) {
+        if (next.low >= highest) break;
+        const PlannedMove& m = all[next.item];
+        bool cuts = false;
+        for (std::size_t tj = tj0; tj < tj1; ++tj) {
           const std::size_t j0 = tj * kTile, j1 = std::min(j0 + kTile, lattice.rows - 1);
-          const std::size_t left = columns.first - std::min<std::size_t>(columns.first, 1);
-          for (std::size_t ti = left / kTile; ti <= columns.last / kTile; ++ti) {
+          for (std::size_t ti = ti0; ti < ti1; ++ti) {
             double& top = highest_[tj * tile_columns_ + ti];
-            const std::size_t i0 = ti * kTile, i1 = std::min(i0 + kTile, lattice.columns - 1);
-            const double gap =
-                box_distance(m, lattice.x(i0), lattice.x(i1), lattice.y(j0), lattice.y(j1));
             // A move that stays above all that is left over the tile cuts nothing there.
-            if (gap > R || low + cutter.height(gap) >= top) continue;
+            if (next.low >= top || lowest_in(cutter, m, box_of(ti, ti + 1, tj, tj + 1)) >= top) {
+              continue;
+            }
+            cuts = true;
+            const std::size_t i0 = ti * kTile, i1 = std::min(i0 + kTile, lattice.columns - 1);
             const std::size_t width = i1 - i0 + 1;
             for (std::size_t j = j0; j <= j1; ++j) {
               for (std::size_t i = i0; i <= i1; ++i) {
@@ -215,6 +288,7 @@ void SweptHeights::cut(std::span<const SweepMove> moves, int threads) {
             top = most;
           }
         }
+        if (cuts) highest = block_top();
       }
     }
   });

@@ -137,6 +137,45 @@ TEST(SweptHeights, TilesHideNothing) {
   }
 }
 
+TEST(GougeSearch, PassesNoTriangleOver) {
+  for (const auto& d : kCutters) {
+    const CutterShape cutter = shape(d[0], d[1]);
+    Random random(14);
+    for (int round = 0; round < 20; ++round) {
+      // Small and large triangles, far from the origin, as single precision knows them badly.
+      TriangleMesh mesh;
+      const Vec3 place{random.uniform(-900, 900), random.uniform(-900, 900), 0};
+      for (std::uint32_t t = 0; t < 150; ++t) {
+        const double size = random.chance(0.1) ? 6 : 0.4;
+        const Vec3 at =
+            place + Vec3{random.uniform(0, 12), random.uniform(0, 9), random.uniform(0, 2)};
+        for (int k = 0; k < 3; ++k) {
+          mesh.positions.push_back(at + Vec3{random.uniform(-size, size),
+                                             random.uniform(-size, size), random.uniform(-1, 0)});
+        }
+        mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+      }
+      for (int k = 0; k < 15; ++k) {
+        const auto tip = [&] {
+          return Vec3(place +
+                      Vec3{random.uniform(-3, 15), random.uniform(-3, 12), random.uniform(0.5, 4)});
+        };
+        const SweepMove move{tip(), tip()};
+        double deepest = 0;
+        for (const auto& [a, b, c] : mesh.triangles) {
+          deepest = std::fmax(
+              deepest, sweep_depth(cutter, move,
+                                   {mesh.positions[a], mesh.positions[b], mesh.positions[c]}, 0, 20)
+                           .found);
+        }
+        GougeSearch search(mesh, cutter);
+        search.add(std::span(&move, 1), 1);
+        EXPECT_NEAR(search.deepest().depth, deepest, 1e-8);
+      }
+    }
+  }
+}
+
 // A plane with a ball-shaped hill: paths for it are planned on its mesh.
 struct Part {
   CompoundSurface surface;
