@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "formats/byte_sink.h"
 #include "formats/mesh_file.h"
@@ -139,6 +141,31 @@ void read_bytes_of(benchmark::State& state, const Format& format, bool ascii, bo
   state.SetBytesProcessed(static_cast<std::int64_t>(bytes.size()) * state.iterations());
 }
 
+// Two readings by one core each at the same time, which share nothing but the machine: what two
+// cores can do at most for `_all_cores`.
+void read_two_at_once(benchmark::State& state, const Format& format, bool ascii) {
+  const std::vector<std::byte> bytes = content(format, ascii, false);
+  ReadOptions options;
+  options.threads = 1;
+  for (auto round : state) {
+    std::array<bool, 2> good{};
+    const auto read = [&](std::size_t i) {
+      Diagnostics diagnostics;
+      const Result<TriangleMesh> mesh = format.read(bytes, options, diagnostics);
+      good[i] = mesh && mesh->triangles.size() == sheet().triangles.size();
+    };
+    {
+      const std::jthread other(read, 1U);
+      read(0);
+    }
+    if (!good[0] || !good[1]) {
+      state.SkipWithError("cannot read");
+      return;
+    }
+  }
+  state.SetBytesProcessed(2 * static_cast<std::int64_t>(bytes.size()) * state.iterations());
+}
+
 #ifdef DIESINK_BENCH_OPENMESH
 void openmesh_read(benchmark::State& state, const Format& format, bool ascii) {
   const std::vector<std::byte> bytes = content(format, ascii, false);
@@ -242,6 +269,10 @@ BENCHMARK_CAPTURE(read_bytes_of, obj_all_cores, kObj, false, false, 0)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 BENCHMARK_CAPTURE(read_bytes_of, stl_ascii_all_cores, kStl, true, false, 0)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(read_two_at_once, obj, kObj, false)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(read_two_at_once, stl_ascii, kStl, true)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 BENCHMARK_CAPTURE(read_bytes_of, ply_ascii, kPly, true, false, 1)->Unit(benchmark::kMillisecond);

@@ -36,7 +36,7 @@ void clear_large_pages(void* memory, std::size_t bytes, int threads) {
   void* from = memory;
   std::size_t left = bytes;
   if (std::align(kPage, kPage, from, left) == nullptr) return;
-  parallel_blocks(left / kPage, 4, threads, [&](std::size_t begin, std::size_t end, int) {
+  parallel_blocks(left / kPage, 1, threads, [&](std::size_t begin, std::size_t end, int) {
     // Older systems do not know it, which changes nothing but the time.
     static_cast<void>(madvise(static_cast<std::byte*>(from) + begin * kPage, (end - begin) * kPage,
                               MADV_POPULATE_WRITE));

@@ -4,9 +4,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "core/mesh_tools/polygon.h"
+#include "formats/float_rows.h"
 
 namespace diesink {
 
@@ -54,29 +54,17 @@ FaceVerdict FaceBuilder::add(std::span<const std::uint32_t> vertices,
   return verdict;
 }
 
-void FaceBuilder::add_triangles(std::span<const std::uint32_t> vertices,
-                                const std::uint32_t* normals, std::uint32_t element) {
-  using Corners = std::array<std::uint32_t, 3>;
-  const auto append = [count = vertices.size() / 3](std::vector<Corners>& to,
-                                                    const std::uint32_t* from) {
-    const std::size_t before = to.size();
-    to.resize(before + count);
-    std::memcpy(to.data() + before, from, count * sizeof(Corners));
-  };
-  if (element != 0 && mesh_.triangle_element.empty())
-    mesh_.triangle_element.assign(mesh_.triangles.size(), 0);
-  append(mesh_.triangles, vertices.data());
-  if (normals != nullptr) append(mesh_.corner_normals, normals);
-  if (element != 0 || !mesh_.triangle_element.empty())
-    mesh_.triangle_element.resize(mesh_.triangles.size(), element);
-}
-
 std::size_t FaceBuilder::finish(ElementTable& elements) {
   if (elements.size() > 1 && mesh_.triangle_element.empty()) {
     mesh_.triangle_element.assign(mesh_.triangles.size(), 0);
   }
   elements.move_into(mesh_);
   std::size_t given = 0;
+  // All at once, which is fast, whether there is anything to give.
+  const std::vector<std::array<std::uint32_t, 3>>& corners = mesh_.corner_normals;
+  if (!corners.empty() && range_of({corners.front().data(), 3 * corners.size()})[1] != kNoNormal) {
+    return given;
+  }
   for (std::size_t t = 0; t < mesh_.corner_normals.size(); ++t) {
     std::array<std::uint32_t, 3>& n = mesh_.corner_normals[t];
     if (n[0] != kNoNormal && n[1] != kNoNormal && n[2] != kNoNormal) continue;

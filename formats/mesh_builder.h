@@ -30,12 +30,6 @@ class FaceBuilder {
   FaceVerdict add(std::span<const std::uint32_t> vertices, std::span<const std::uint32_t> normals,
                   std::uint32_t element);
 
-  // Triangles of one element one after the other, as they are; three numbers each.
-  // Needs: all of them are there, and no more than options.max_triangles; `normals` null, for all
-  // triangles of the mesh, or with as many numbers as vertices.
-  void add_triangles(std::span<const std::uint32_t> vertices, const std::uint32_t* normals,
-                     std::uint32_t element);
-
   // Marks a corner without a normal; such a triangle gets its own in finish().
   static constexpr std::uint32_t kNoNormal = 0xFFFFFFFFU;
 

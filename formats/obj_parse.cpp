@@ -33,6 +33,7 @@ class SectionParser {
     while (text_.more()) {
       const char* const start = text_.at();
       if (const Status statement = parse_statement(start); !statement) return statement;
+      if (section_.needs_counts) return ok();
       if (static_cast<std::size_t>(text_.at() - start) > kMaxLineBytes) {
         return Error{ErrorCode::kLimit, "a line of more than 1 MiB", text_.place(start)};
       }
@@ -53,8 +54,7 @@ class SectionParser {
       return parse_face(start);
     }
     if (*start == '#') {
-      if (section_.before.vertices == 0 && section_.positions.empty() &&
-          section_.comments.size() < kMaxObjComments) {
+      if (section_.positions.empty() && section_.comments.size() < kMaxObjComments) {
         section_.comments.push_back(text_.rest_of_line());
       }
       text_.skip_line(true);
@@ -158,9 +158,9 @@ class SectionParser {
   // A number of a face's corner, from 1, or backwards from the last with a minus. Leaves `at`
   // behind it.
   enum class Index : std::uint8_t { kFine, kAbsent, kBad, kZero, kBeforeFirst };
-  static Index read_index(const char*& at, const char* end, std::size_t so_far,
-                          std::uint64_t& number) {
+  Index read_index(const char*& at, const char* end, std::size_t so_far, std::uint64_t& number) {
     const bool back = at != end && *at == '-';
+    section_.needs_counts |= back && !section_.counted;
     const char* const first = back ? at + 1 : at;
     const char* c = first;
     std::uint64_t value = 0;
@@ -208,7 +208,9 @@ class SectionParser {
       return at - first <= 10 && read - 1 < most;  // more than none, from 1
     };
     const std::size_t vertices =
-        std::min<std::size_t>(section_.before.vertices + section_.positions.size(), kNone - 1);
+        section_.counted
+            ? std::min<std::size_t>(section_.before.vertices + section_.positions.size(), kNone - 1)
+            : kNone - 1;
     const bool with_normals = !section_.face_normals.empty();
     std::array<std::uint32_t, 3> v{}, n{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -221,12 +223,20 @@ class SectionParser {
       if (!number(kNone - 1, n[k])) return false;
     }
     if (at != end && *at != '\n' && *at != '\r') return false;
+    see_vertex(std::max({v[0], v[1], v[2]}));
     section_.face_vertices.insert(section_.face_vertices.end(), v.begin(), v.end());
     if (with_normals) section_.face_normals.insert(section_.face_normals.end(), n.begin(), n.end());
     if (!section_.face_sizes.empty()) section_.face_sizes.push_back(3);
     ++section_.faces;
     text_.move_to(at);
     return true;
+  }
+
+  // A face or a line names this vertex, numbered from 0.
+  void see_vertex(std::uint32_t vertex) {
+    section_.ahead =
+        std::max(section_.ahead,
+                 std::int64_t{vertex} + 1 - static_cast<std::int64_t>(section_.positions.size()));
   }
 
   Status parse_face(const char* start) {
@@ -238,14 +248,17 @@ class SectionParser {
       const char* const word = text_.at();
       const char* at = word;
       std::uint64_t vertex = 0, texture = 0, normal = 0;
-      if (const Index v = read_index(at, text_.end(), vertices, vertex); v != Index::kFine)
-        return bad_index(v, word);
-      if (vertex > vertices) section_.forward.hit(start);
+      const Index v = read_index(at, text_.end(), vertices, vertex);
+      if (section_.needs_counts) return ok();
+      if (v != Index::kFine) return bad_index(v, word);
+      if (section_.counted && vertex > vertices) section_.forward.hit(start);
+      see_vertex(static_cast<std::uint32_t>(vertex - 1));
       bool has_normal = false;
       if (at != text_.end() && *at == '/') {
         ++at;
         const Index vt =
             read_index(at, text_.end(), section_.before.textures + section_.textures, texture);
+        if (section_.needs_counts) return ok();
         if (vt == Index::kBad) return bad_index(vt, word);
         if (vt == Index::kZero || vt == Index::kBeforeFirst) section_.bad_texture.hit(start);
         section_.last_texture = std::max(section_.last_texture, texture);
@@ -253,6 +266,7 @@ class SectionParser {
           ++at;
           const Index vn = read_index(at, text_.end(),
                                       section_.before.normals + section_.normals.size(), normal);
+          if (section_.needs_counts) return ok();
           if (vn != Index::kFine && vn != Index::kAbsent) return bad_index(vn, word);
           has_normal = vn == Index::kFine;
         }
@@ -284,8 +298,9 @@ class SectionParser {
       const char* at = word;
       std::uint64_t vertex = 0;
       const std::size_t vertices = section_.before.vertices + section_.positions.size();
-      if (const Index v = read_index(at, text_.end(), vertices, vertex); v != Index::kFine)
-        return bad_index(v, word);
+      const Index v = read_index(at, text_.end(), vertices, vertex);
+      if (section_.needs_counts) return ok();
+      if (v != Index::kFine) return bad_index(v, word);
       // Texture coordinates of a line mean nothing here.
       while (!ends_word(at, text_.end())) ++at;
       text_.move_to(at);

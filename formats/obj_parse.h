@@ -33,7 +33,13 @@ struct ObjEvent {
 };
 
 struct ObjSection {
-  ObjCounts before;  // of the file in front of the section
+  // Of the file in front of the section, where it is `counted`. Most sections can be read without
+  // knowing it, all at once: those that count backwards cannot, and stop with `needs_counts`; of
+  // the others `ahead` says how many vertices have to be in front for no face to name one behind
+  // itself.
+  bool counted = false, needs_counts = false;
+  ObjCounts before;
+  std::int64_t ahead = 0;
   std::vector<Vec3> positions;
   std::vector<Color> colors;  // empty, or one a position
   std::vector<Vec3> normals;
@@ -45,7 +51,7 @@ struct ObjSection {
   std::size_t faces = 0;
   std::vector<std::uint32_t> line_vertices;
   std::vector<ObjEvent> events;
-  std::vector<std::string_view> comments;  // of the file's start, for units and up axis
+  std::vector<std::string_view> comments;  // in front of its vertices, for units and up axis
   std::size_t textures = 0;                // vt statements
   std::uint64_t last_texture = 0;          // the largest number a face uses, from 1
   Tally odd_weights, uncolored, points, unknown, forward, partial_normals, no_direction,
@@ -56,7 +62,7 @@ struct ObjSection {
 // The counts of a section, told from the lines' first words alone.
 ObjCounts count_obj(TextScanner section);
 
-// Reads a section; `section.before` must be set.
+// Reads a section, which is empty but for `before` where that is counted.
 Status parse_obj(TextScanner text, const ReadOptions& options, ObjSection& section);
 
 // The start of the face with this number in the section, for messages.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
 #include <functional>
 #include <optional>
 
@@ -42,9 +43,10 @@ class ObjReader {
         lost_normals_ += named.size() - static_cast<std::size_t>(std::count(
                                             named.begin(), named.end(), FaceBuilder::kNoNormal));
       }
-      const Status built = plain ? take_plain_faces(sections_[s]) : build_faces(s);
+      const Status built = plain ? take_plain_events(sections_[s]) : build_faces(s);
       if (!built) return built.error();
     }
+    if (plain) take_plain_faces();
     if (const Status finished = finish(); !finished) return finished.error();
     return std::move(mesh_);
   }
@@ -74,24 +76,44 @@ class ObjReader {
     return whole_.section(starts_[s], starts_[s + 1]);
   }
 
+  // All sections at once, and those that have to know what is in front of them once more.
   Status parse_sections() {
     const int threads = thread_count(options_.threads);
-    if (sections_.size() > 1) {
-      std::vector<ObjCounts> counts(sections_.size());
-      run_parallel(counts.size(), threads,
-                   [&](std::size_t s) { counts[s] = count_obj(section_text(s)); });
-      ObjCounts sum;
-      for (std::size_t s = 0; s < counts.size(); ++s) {
-        sections_[s].before = sum;
-        sum.vertices += counts[s].vertices;
-        sum.textures += counts[s].textures;
-        sum.normals += counts[s].normals;
-      }
-    }
     std::vector<Status> states(sections_.size(), ok());
-    run_parallel(sections_.size(), threads, [&](std::size_t s) {
+    const auto parse = [&](std::size_t s) {
       states[s] = parse_obj(section_text(s), options_, sections_[s]);
+    };
+    sections_[0].counted = true;
+    run_parallel(sections_.size(), threads, parse);
+    // What stands behind the first mistake does not matter any more.
+    const auto wrong =
+        std::find_if(states.begin(), states.end(), [](const Status& s) { return !s; });
+    const auto good = static_cast<std::size_t>(wrong - states.begin());
+    const std::function<void(double)> nobody;
+    const ProgressSpan span(nobody, 0, 1);  // all has been read
+    std::vector<ObjCounts> counts(good);
+    run_parallel(good, threads, [&](std::size_t s) {
+      const ObjSection& section = sections_[s];
+      counts[s] = section.needs_counts ? count_obj(section_text(s))
+                                       : ObjCounts{section.positions.size(), section.textures,
+                                                   section.normals.size()};
     });
+    ObjCounts before;
+    std::vector<std::size_t> again;
+    for (std::size_t s = 0; s < good; ++s) {
+      ObjSection& section = sections_[s];
+      const bool forward = section.ahead > static_cast<std::int64_t>(before.vertices);
+      if (!section.counted && (section.needs_counts || forward)) {
+        section = {};
+        section.before = before;
+        section.counted = true;
+        again.push_back(s);
+      }
+      before.vertices += counts[s].vertices;
+      before.textures += counts[s].textures;
+      before.normals += counts[s].normals;
+    }
+    run_parallel(again.size(), threads, [&](std::size_t i) { parse(again[i]); });
     for (const Status& state : states) {
       if (!state) return state;
     }
@@ -102,42 +124,55 @@ class ObjReader {
     const bool colored =
         std::any_of(sections_.begin(), sections_.end(),
                     [](const ObjSection& section) { return !section.colors.empty(); });
-    std::size_t vertices = 0;
-    for (const ObjSection& section : sections_) vertices += section.positions.size();
+    const bool with_normals =
+        std::any_of(sections_.begin(), sections_.end(),
+                    [](const ObjSection& section) { return !section.face_normals.empty(); });
+    std::size_t vertices = 0, faces = 0, normals = 0;
+    std::vector<ObjCounts> before;
+    for (const ObjSection& section : sections_) {
+      before.push_back({vertices, 0, normals});
+      vertices += section.positions.size();
+      normals += section.normals.size();
+      faces += section.faces;
+    }
     if (vertices >= FaceBuilder::kNoNormal) {
       return Error{ErrorCode::kLimit, "more vertices than 32 bits can count", whole_.place()};
     }
-    std::size_t faces = 0;
-    for (const ObjSection& section : sections_) faces += section.faces;
     if (Status fits = mesh_fits(vertices, faces, options_, whole_.place()); !fits) return fits;
-    const std::function<void(double)> nobody;
-    const ProgressSpan span(nobody, 0, 1);  // clearing memory is no progress
     const std::size_t triangles = std::min(faces, options_.max_triangles);
-    reserve_large(mesh_.triangles, triangles);
-    clear_large_pages(mesh_.triangles.data(), triangles * sizeof(mesh_.triangles[0]),
-                      options_.threads);
+    reserve_cleared(mesh_.triangles, triangles);
+    if (with_normals && normals > 0) reserve_cleared(mesh_.corner_normals, triangles);
     if (sections_.size() == 1) {
       mesh_.positions = std::move(sections_[0].positions);
       mesh_.normals = std::move(sections_[0].normals);
       mesh_.vertex_colors = std::move(sections_[0].colors);
       return ok();
     }
-    reserve_large(mesh_.positions, vertices);
-    clear_large_pages(mesh_.positions.data(), vertices * sizeof(Vec3), options_.threads);
-    for (ObjSection& section : sections_) {
-      mesh_.positions.insert(mesh_.positions.end(), section.positions.begin(),
-                             section.positions.end());
-      mesh_.normals.insert(mesh_.normals.end(), section.normals.begin(), section.normals.end());
-      if (colored) {
-        section.colors.resize(section.positions.size(), Color{255, 255, 255, 255});
-        mesh_.vertex_colors.insert(mesh_.vertex_colors.end(), section.colors.begin(),
-                                   section.colors.end());
-      }
-      section.positions = {};
-      section.normals = {};
-      section.colors = {};
-    }
+    reserve_cleared(mesh_.positions, vertices);
+    reserve_cleared(mesh_.normals, normals);
+    mesh_.positions.resize(vertices);
+    mesh_.normals.resize(normals);
+    if (colored) mesh_.vertex_colors.assign(vertices, Color{255, 255, 255, 255});
+    run_parallel(sections_.size(), thread_count(options_.threads), [&](std::size_t s) {
+      ObjSection& section = sections_[s];
+      const auto move = [](auto& from, auto& to, std::size_t at) {
+        std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+        from = {};
+      };
+      move(section.positions, mesh_.positions, before[s].vertices);
+      move(section.normals, mesh_.normals, before[s].normals);
+      move(section.colors, mesh_.vertex_colors, before[s].vertices);
+    });
     return ok();
+  }
+
+  // Room that all threads clear together.
+  template <class T>
+  void reserve_cleared(std::vector<T>& vector, std::size_t count) {
+    const std::function<void(double)> nobody;
+    const ProgressSpan span(nobody, 0, 1);  // clearing memory is no progress
+    reserve_large(vector, count);
+    clear_large_pages(vector.data(), count * sizeof(T), options_.threads);
   }
 
   Error error_at_face(std::size_t s, std::size_t face, std::string message,
@@ -167,8 +202,8 @@ class ObjReader {
     return all;
   }
 
-  // The faces of a section, where all_plain(): as they are.
-  Status take_plain_faces(ObjSection& section) {
+  // Where all_plain(): the elements of a section's faces.
+  Status take_plain_events(const ObjSection& section) {
     auto event = section.events.begin();
     for (std::size_t face = 0; face < section.faces || event != section.events.end();) {
       for (; event != section.events.end() && event->face == face; ++event) {
@@ -177,14 +212,38 @@ class ObjReader {
       const std::size_t next = event == section.events.end() ? section.faces : event->face;
       if (next == face) continue;
       if (!element_) element_ = elements_.named(group_, material_, ours_);
-      builder_.add_triangles(
-          {section.face_vertices.data() + 3 * face, 3 * (next - face)},
-          mesh_.normals.empty() ? nullptr : section.face_normals.data() + 3 * face, *element_);
+      plain_faces_ += next - face;
+      // A file of one element, the first, is spared the array.
+      if (*element_ != 0 || !mesh_.triangle_element.empty()) {
+        mesh_.triangle_element.resize(plain_faces_ - (next - face), 0);
+        mesh_.triangle_element.resize(plain_faces_, *element_);
+      }
       face = next;
     }
-    section.face_vertices = {};
-    section.face_normals = {};
     return ok();
+  }
+
+  // The faces of all sections, where all_plain(): as they are.
+  void take_plain_faces() {
+    const bool with_normals = !mesh_.normals.empty();
+    mesh_.triangles.resize(plain_faces_);
+    if (with_normals) mesh_.corner_normals.resize(plain_faces_);
+    std::vector<std::size_t> before;
+    std::size_t faces = 0;
+    for (const ObjSection& section : sections_) {
+      before.push_back(faces);
+      faces += section.faces;
+    }
+    run_parallel(sections_.size(), thread_count(options_.threads), [&](std::size_t s) {
+      const auto move = [first = before[s]](std::vector<std::uint32_t>& from, auto& to) {
+        if (!from.empty()) {
+          std::memcpy(to.data() + first, from.data(), from.size() * sizeof(std::uint32_t));
+        }
+        from = {};
+      };
+      move(sections_[s].face_vertices, mesh_.triangles);
+      if (with_normals) move(sections_[s].face_normals, mesh_.corner_normals);
+    });
   }
 
   Status build_faces(std::size_t s) {
@@ -325,6 +384,7 @@ class ObjReader {
         if (comment.starts_with("diesink")) ours_ = true;
         read_mark(comment, mesh_);
       }
+      if (!section.positions.empty()) return;
     }
   }
 
@@ -381,6 +441,7 @@ class ObjReader {
   std::string_view group_, material_;
   std::optional<std::uint32_t> element_;
   std::vector<std::string_view> curve_groups_;
+  std::size_t plain_faces_ = 0;  // whose element is known
   std::size_t few_ = 0, crossing_ = 0, lost_normals_ = 0;
   bool ours_ = false;
 };

@@ -19,13 +19,15 @@
 
 namespace diesink {
 
-// Into how many parts a text is worth being cut: one below options.parallel_bytes, else one a
-// thread, none smaller than a quarter of that.
+// Into how many parts a text is worth being cut: one below options.parallel_bytes and for one
+// thread, else several a thread, so that one that is slower or comes later is not waited for; none
+// smaller than a quarter of parallel_bytes.
 inline std::size_t section_count(std::size_t bytes, const ReadOptions& options) {
-  if (bytes < options.parallel_bytes) return 1;
   const auto threads = static_cast<std::size_t>(thread_count(options.threads));
+  if (bytes < options.parallel_bytes || threads == 1) return 1;
+  constexpr std::size_t kOfAThread = 8;
   const std::size_t least = std::max<std::size_t>(options.parallel_bytes / 4, 1);
-  return std::clamp<std::size_t>(bytes / least, 1, threads);
+  return std::clamp<std::size_t>(bytes / least, 1, kOfAThread * threads);
 }
 
 // The rows of a text, one a line: sections of it are read by all threads and handed out in their

@@ -61,6 +61,19 @@ std::vector<Sample> samples() {
   };
   // More facets than a wave of the weld has.
   add("large", kStl, test::die_mesh(60, 6, 1), false);
+  // Faces that count backwards, whose numbers hang on all that stands before them, and some that
+  // name what comes after them.
+  std::string backwards, forwards;
+  for (int i = 0; i < 60; ++i) {
+    const std::string n = std::to_string(i);
+    backwards += "v " + n + " 0 0\nv 0 " + n + " 0\nv 0 0 " + n + ".5\nvt 0 0\nvn 0 0 1\n";
+    backwards += i % 2 == 0 ? "f -3/-1/-1 -2/-1/-1 -1/-1/-1\n" : "f -1 -2 -3 -1\nl -1 -2\n";
+    forwards += "v " + n + " 1 2\n";
+    const std::string far = std::to_string(i % 7 == 3 ? 60 - i : 1 + i / 2);
+    forwards += "f 1 " + far + (i % 5 == 0 ? " 2 3\n" : " 2\n");
+  }
+  all.push_back({"backwards.obj", &kObj, backwards});
+  all.push_back({"forwards.obj", &kObj, forwards});
   TriangleMesh colored = test::die_mesh(8, 6, 1);
   colored.elements.back().color = {200, 100, 50, 255};
   add("colored", kStl, colored, false);
