@@ -322,7 +322,7 @@ Result<SplitMesh> split_checked(const TriangleMesh& mesh, bool runs) {
     primitive.first_triangle = first[e];
     primitive.triangle_count = first[e + 1] - first[e];
     const auto own = [&](const std::vector<Triangle>& of) {
-      return std::span(of).subspan(first[e], primitive.triangle_count);
+      return std::span(of).subspan(primitive.first_triangle, primitive.triangle_count);
     };
     if (finder && finder->find(own(mesh.triangles),
                                kNormals ? own(mesh.corner_normals) : std::span<const Triangle>{},
