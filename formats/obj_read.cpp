@@ -156,6 +156,7 @@ class ObjReader {
     run_parallel(sections_.size(), thread_count(options_.threads), [&](std::size_t s) {
       ObjSection& section = sections_[s];
       const auto move = [](auto& from, auto& to, std::size_t at) {
+        if (from.empty()) return;  // as colours mostly are, of the mesh, too
         std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
         from = {};
       };
