@@ -16,6 +16,14 @@
 namespace diesink {
 namespace {
 
+// A name at the end of its line. A backslash at the very end would join the next line to it, for
+// others always and for our reader where it is all there is; behind a blank it does not, and blanks
+// at the end are no part of a name.
+std::string line_end(std::string name) {
+  if (name.ends_with('\\')) name += ' ';
+  return name;
+}
+
 struct Material {
   std::string name;
   std::optional<std::array<std::uint8_t, 4>> color;
@@ -53,9 +61,9 @@ Materials materials_of(const TriangleMesh& mesh) {
 
 Status write_library(const Materials& materials, const WriteOptions& options, ByteSink& sink) {
   ByteWriter out(sink);
-  out << "# " << one_line(options.program_comment) << '\n';
+  out << "# " << line_end(one_line(options.program_comment)) << '\n';
   for (const Material& material : materials.list) {
-    out << "newmtl " << material.name << '\n';
+    out << "newmtl " << line_end(material.name) << '\n';
     // Without a colour none is written: what is not there cannot be mistaken for grey.
     if (!material.color) continue;
     out << "Kd";
@@ -121,7 +129,7 @@ void write_faces(const TriangleMesh& mesh, std::span<const std::uint32_t> triang
 void write_lines(const TriangleMesh& mesh, ByteWriter& out) {
   for (const MeshCurve& curve : mesh.curves) {
     if (curve.vertices.empty()) continue;
-    out << "g " << curve_label(mesh, curve) << "\nl";
+    out << "g " << line_end(curve_label(mesh, curve)) << "\nl";
     for (const std::uint32_t v : curve.vertices) out << ' ' << std::uint64_t{v} + 1;
     if (curve.closed) out << ' ' << std::uint64_t{curve.vertices.front()} + 1;
     out << '\n';
@@ -135,8 +143,8 @@ Result<WrittenMesh> stream_obj(const TriangleMesh& mesh, const WriteOptions& opt
   const Materials materials = options.file_stem.empty() ? Materials{} : materials_of(mesh);
 
   ByteWriter out(**sink);
-  out << "# " << one_line(options.program_comment) << '\n';
-  if (!mesh.name.empty()) out << "# name: " << one_line(mesh.name) << '\n';
+  out << "# " << line_end(one_line(options.program_comment)) << '\n';
+  if (!mesh.name.empty()) out << "# name: " << line_end(one_line(mesh.name)) << '\n';
   if (mesh.unit != LengthUnit::kUnknown) out << "# units: " << name_of(mesh.unit) << '\n';
   if (mesh.up != UpAxis::kUnknown) out << "# up: " << (mesh.up == UpAxis::kZ ? 'z' : 'y') << '\n';
   const std::string library = options.file_stem + ".mtl";
@@ -158,12 +166,12 @@ Result<WrittenMesh> stream_obj(const TriangleMesh& mesh, const WriteOptions& opt
   for (std::size_t e = 0; e < runs.count(); ++e) {
     if (runs.of(e).empty()) continue;
     if (e < mesh.elements.size()) {
-      out << (mesh.elements[e].name.empty() ? "g" : "g ") << one_line(mesh.elements[e].name)
-          << '\n';
+      out << (mesh.elements[e].name.empty() ? "g" : "g ")
+          << line_end(one_line(mesh.elements[e].name)) << '\n';
     }
     if (!materials.list.empty() && materials.of_element[e] != material) {
       material = materials.of_element[e];
-      out << "usemtl " << materials.list[material].name << '\n';
+      out << "usemtl " << line_end(materials.list[material].name) << '\n';
     }
     write_faces(mesh, runs.of(e), normals, out);
   }

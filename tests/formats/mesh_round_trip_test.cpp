@@ -183,6 +183,47 @@ TEST(MeshRoundTrip, WritingWhatWasReadGivesTheSameBytes) {
   }
 }
 
+// In OBJ a backslash at the end of a line joins the next one to it.
+TEST(MeshRoundTrip, NamesThatEndInABackslashTakeNoLineWithThem) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  for (const std::string name : {"\\", "a\\", "\\b", "c\\ \\", "end"}) {
+    mesh.triangle_element.push_back(static_cast<std::uint32_t>(mesh.elements.size()));
+    mesh.elements.push_back({name, name, {}});
+    mesh.triangles.push_back({0, 1, 2});
+  }
+  mesh.name = "die\\";
+  for (const Format* format : {&kStl, &kObj, &kPly, &kGlb}) {
+    WriteOptions options;
+    options.ascii = true;
+    options.file_stem = "part";
+    const Result<WrittenMesh> written = format->write(mesh, options);
+    ASSERT_TRUE(written) << format->id;
+    for (const FileBytes& file : written->files) {
+      const std::string_view text{
+          static_cast<const char*>(static_cast<const void*>(file.bytes.data())), file.bytes.size()};
+      if (format == &kObj) {
+        EXPECT_EQ(text.find("\\\n"), text.npos) << text;
+      }
+    }
+    Diagnostics diagnostics;
+    const Result<TriangleMesh> read =
+        format->read(written->files[0].bytes, ReadOptions{}, diagnostics);
+    ASSERT_TRUE(read) << format->id << " " << to_text(read.error());
+    ASSERT_EQ(read->triangles.size(), mesh.triangles.size()) << format->id;
+    ASSERT_EQ(read->elements.size(), mesh.elements.size()) << format->id;
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+      EXPECT_EQ(read->elements[e].name, mesh.elements[e].name) << format->id;
+      if (format != &kStl) {
+        EXPECT_EQ(read->elements[e].solid, mesh.elements[e].solid) << format->id;
+      }
+    }
+    if (format != &kStl) {
+      EXPECT_EQ(read->name, mesh.name) << format->id;
+    }
+  }
+}
+
 TEST(MeshRoundTrip, FifteenBitColorsComeBackAsNearAsTheyCan) {
   TriangleMesh mesh = testing::box_mesh(Vec3(0, 0, 0), Vec3(1, 1, 1));
   mesh.elements = {{"a", "", {{{200, 100, 3, 255}}}}, {"b", "", std::nullopt}};
