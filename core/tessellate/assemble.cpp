@@ -418,7 +418,7 @@ Status Assembler::add_floor() {
   rules.min_angle = std::holds_alternative<MeshBase>(compound_.program().base) ? 0 : kFloorAngle;
   rules.split_encroached = false;
   rules.shortest_edge = 1e-3 * compound_.size();
-  rules.add_vertex = [&](const Vec2& p) {
+  rules.add_vertex = [&](const Vec2& p, double) {
     global.push_back(vertex({p.x(), p.y(), floor_}));
     return true;
   };

@@ -34,6 +34,10 @@ double regular_edge(double k1, double k2, double tolerance) {
   return std::sqrt(tolerance / (k1 / 8 + k2 / 24));
 }
 
+// Vertices stand off a face as if the tolerance were no larger than this part of its radius, and as
+// if it were no steeper than where its normal rises by this.
+constexpr double kCoarse = 0.005, kSteep = 0.25;
+
 // A tolerance beyond a good part of the radius says nothing of a triangle's size.
 double useful_tolerance(double tolerance, double curvature) {
   return std::fmin(tolerance, 0.25 / curvature);
@@ -353,6 +357,23 @@ double FaceChart::base_spacing(const Vec3& p, double tolerance) const {
   const double k2 = std::fabs(std::fabs(mean) - apart) / steep;
   if (!(k1 > 0)) return kInf;
   return regular_edge(k1, std::fmin(k1, k2), tolerance);
+}
+
+double FaceChart::stand_off(double part, double tolerance, Vec3& p) const {
+  double curvature = 0;  // the largest
+  if (kind_ == Kind::kEllipsoid) {
+    const Vec3 q = frame_ * (p - face_.c);
+    const double least = axes_.minCoeff();
+    curvature = 1 / (least * least * q.cwiseQuotient(axes_.cwiseProduct(axes_)).norm());
+  } else if (kind_ == Kind::kParaboloid) {
+    curvature = 2 / (axes_.x() * axes_.x());
+  } else {
+    return 0;
+  }
+  const double off = part * std::fmin(tolerance, kCoarse / curvature);
+  const double up = normal(p).z(), least = std::fmax(up, kSteep);
+  p.z() += side_ * off / least;
+  return off * up / least;
 }
 
 Vec3 FaceChart::normal(const Vec3& p) const {

@@ -32,7 +32,7 @@ namespace diesink {
 // Immutable; any number of threads.
 class FaceChart {
  public:
-  static constexpr double kRulingStretch = 2.9;
+  static constexpr double kRulingStretch = 2.7;
 
   // Needs: the surface, and the curvature where given, outlive the chart. `curvature` saves the
   //        enclosures of a Ferguson base from being worked out anew for every spacing().
@@ -50,6 +50,12 @@ class FaceChart {
   // Chart length of the edges of a regular triangle about p that keeps the tolerance, just;
   // infinity on planes. An estimate: TriangleDeviation is the bound.
   [[nodiscard]] double spacing(const Vec3& p, double tolerance) const;
+
+  // Moves a point of the face up or down, to the outside of its body, until it stands off the face
+  // by the part given of the tolerance, or less where the face is steep or the tolerance coarse
+  // beside its radius; the way, along the normal. Nothing on faces that do not bend every way, as
+  // their triangles end on borders that stay.
+  double stand_off(double part, double tolerance, Vec3& p) const;
 
   // Unit normal that points up; at the silhouette level, and on the same side as nearby.
   [[nodiscard]] Vec3 normal(const Vec3& p) const;

@@ -38,17 +38,17 @@ bool stays_below(const EdgeForms& q, const std::array<double, 3>& m) {
   return s0 * s1 * s2 + p01 * s2 + p02 * s1 + p12 * s0 + std::sqrt(2 * t01 * t02 * t12) >= 0;
 }
 
-// Smallest h, to a percent and never too small, with sum l_i l_j q_ij + r <= h sum l_i g_i on the
-// triangle. Needs: all g_i > 0, r >= 0.
-double largest_ratio(const EdgeForms& q, const std::array<double, 3>& g, double r) {
-  const double most = largest_between(q) + r;
+// Smallest h, to a percent and never too small, with sum l_i l_j q_ij + sum l_i p_i <=
+// h sum l_i g_i on the triangle. Needs: all g_i > 0, the left side above 0 somewhere.
+double largest_ratio(const EdgeForms& q, const std::array<double, 3>& g, const VertexValues& p) {
+  const double most = largest_between(q, p);
   double hi = most / std::min({g[0], g[1], g[2]});
   const double greatest = std::max({g[0], g[1], g[2]});
   if (hi * greatest * kUneven <= most) return hi;
   double lo = most / greatest;
   for (int k = 0; k < 12 && hi - lo > 0.005 * hi; ++k) {
     const double h = 0.5 * (lo + hi);
-    const bool enough = stays_below(q, {h * g[0] - r, h * g[1] - r, h * g[2] - r});
+    const bool enough = stays_below(q, {h * g[0] - p[0], h * g[1] - p[1], h * g[2] - p[2]});
     (enough ? hi : lo) = h;
   }
   return hi;
@@ -56,22 +56,23 @@ double largest_ratio(const EdgeForms& q, const std::array<double, 3>& g, double 
 
 // How far one must go from the triangle along a unit direction m to reach the quadric: with g the
 // slope of F along m at the vertices and `curve` = m'Am, F(x + h m) = F(x) + h g(x) + h² curve,
-// where F(x) is what the edges' forms make of it, to the residual of the vertices.
+// where F(x) is what the edges' forms and its values at the vertices make of it.
 double reach_along(const EdgeForms& q, const std::array<double, 3>& g, double curve,
-                   double residual) {
+                   const VertexValues& values) {
   const double least = std::min({g[0], g[1], g[2]}), greatest = std::max({g[0], g[1], g[2]});
   if (!(least > 0)) return kInf;
   double reach = 0;
   for (const double sign : {1.0, -1.0}) {
     const EdgeForms form{sign * q[0], sign * q[1], sign * q[2]};
-    const double most = largest_between(form) + residual;
-    if (most == 0) continue;
+    const VertexValues ends{-sign * values[0], -sign * values[1], -sign * values[2]};
+    const double most = largest_between(form, ends);
+    if (most <= 0) continue;
     const double c = sign * curve;
     const double disc = least * least + 4 * c * most;
     double h = disc >= 0 ? 2 * most / (least + std::sqrt(disc)) : kInf;
     if (least < kUneven * greatest) {
       // Where F is largest g need not be least.
-      double uneven = largest_ratio(form, g, residual);
+      double uneven = largest_ratio(form, g, ends);
       if (c < 0) {  // g is less by |c| h on the way: grown until it covers itself
         double next = uneven;
         bool settled = false;
@@ -79,7 +80,7 @@ double reach_along(const EdgeForms& q, const std::array<double, 3>& g, double cu
           uneven = 1.001 * next;
           const double less = c * uneven;
           if (!(least + less > 0)) break;
-          next = largest_ratio(form, {g[0] + less, g[1] + less, g[2] + less}, residual);
+          next = largest_ratio(form, {g[0] + less, g[1] + less, g[2] + less}, ends);
           settled = next <= uneven;
         }
         if (!settled) uneven = kInf;
@@ -94,9 +95,10 @@ double reach_along(const EdgeForms& q, const std::array<double, 3>& g, double cu
 double over_quadric(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3& c) {
   const std::array<Vec3, 3> v{a, b, c};
   std::array<Vec3, 3> gradient;
-  double residual = 0, steepest = 0;
+  VertexValues values{};
+  double steepest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    residual = std::fmax(residual, std::fabs(f.form(v[i], gradient[i])));
+    values[i] = f.form(v[i], gradient[i]);
     steepest = std::fmax(steepest, gradient[i].squaredNorm());
   }
   steepest = std::sqrt(steepest);
@@ -116,7 +118,7 @@ double over_quadric(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3&
       edges[j] = edges[k] = 0;
       g[i] = std::fmin(g[j], g[k]);
     }
-    return reach_along(edges, g, form(m), residual);
+    return reach_along(edges, g, form(m), values);
   };
   Vec3 n = (b - a).cross(c - a);
   const double area = n.norm();

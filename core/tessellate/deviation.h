@@ -40,8 +40,9 @@ class TriangleDeviation {
   // point of the surface within the bound along one common direction, and those points make up the
   // surface near it.
   // Units:  mm.
-  // Needs:  vertices on the surface to rounding; how far they are off a plane or quadric is
-  // counted. Errors: infinity where no bound holds: a triangle that spans a quarter turn or so.
+  // Needs:  vertices on a base to rounding; how far they are off a plane or quadric, and to which
+  //         side, is counted.
+  // Errors: infinity where no bound holds: a triangle that spans a quarter turn or so.
   // Bound:  tends to the exact distance as the triangle shrinks (tests/core/deviation_test.cpp).
   [[nodiscard]] double operator()(Label label, const Vec3& a, const Vec3& b, const Vec3& c) const;
 

@@ -1,5 +1,5 @@
-// The form at the vertices and its gradients there say what it is along the edges: with F = 0 at
-// both ends, (v_i - v_j)'A(v_i - v_j) = (grad F(v_i) - grad F(v_j)) . (v_i - v_j) / 2.
+// The form at the vertices and its gradients there say what it is along the edges:
+// (v_i - v_j)'A(v_i - v_j) = (grad F(v_i) - grad F(v_j)) . (v_i - v_j) / 2.
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/deviation_filter.h"
 
@@ -40,11 +40,11 @@ void DeviationFilter::add(const Vec3& p) {
   if (!is_known_) return;
   largest_ = std::max(largest_, p.cwiseAbs().maxCoeff());
   Vertex vertex;
-  vertex.value = std::fabs(face_.form(p, vertex.gradient));
+  vertex.value = face_.form(p, vertex.gradient);
   if (face_.kind == Implicit::Kind::kQuadric) {
     vertices_.push_back(vertex);
   } else {
-    off_ = std::max(off_, vertex.value);
+    off_ = std::max(off_, std::fabs(vertex.value));
   }
 }
 
@@ -62,8 +62,9 @@ DeviationFilter::Side DeviationFilter::compare(std::uint32_t a, std::uint32_t b,
   const EdgeForms q{0.5 * (vc.gradient - vb.gradient).dot(bc),
                     0.5 * (va.gradient - vc.gradient).dot(ca),
                     0.5 * (vb.gradient - va.gradient).dot(ab)};
-  const double form = std::max(largest_between(q), largest_between({-q[0], -q[1], -q[2]}));
-  const double residual = std::max({va.value, vb.value, vc.value});
+  const VertexValues values{va.value, vb.value, vc.value};
+  const double form = std::max(largest_between(q, {-values[0], -values[1], -values[2]}),
+                               largest_between({-q[0], -q[1], -q[2]}, values));
   const double la = va.gradient.squaredNorm(), lb = vb.gradient.squaredNorm(),
                lc = vc.gradient.squaredNorm();
   const double steepest = std::max({la, lb, lc});
@@ -79,7 +80,7 @@ DeviationFilter::Side DeviationFilter::compare(std::uint32_t a, std::uint32_t b,
   const double ga = n.dot(va.gradient), gb = n.dot(vb.gradient), gc = n.dot(vc.gradient);
   const double least = ga + gb + gc < 0 ? -std::max({ga, gb, gc}) : std::min({ga, gb, gc});
   const double h = limit - rounding;
-  const double most = form * (1 + kMargin) + residual + rounding + bent;
+  const double most = form * (1 + kMargin) + rounding + bent;
   return least > 0 && h > 0 && most * most * n.squaredNorm() <= h * h * least * least
              ? Side::kWithin
              : Side::kOpen;

@@ -27,7 +27,7 @@ class DeviationFilter {
   DeviationFilter(const TriangleDeviation& deviation, Label label);
 
   // Vertices in the order of their indices.
-  // Needs: p on the face to rounding.
+  // Needs: p on the face to rounding, or beside a quadric.
   void add(const Vec3& p);
   [[nodiscard]] std::size_t size() const { return size_; }
   void clear();
@@ -42,7 +42,7 @@ class DeviationFilter {
   // Of the quadric's form.
   struct Vertex {
     Vec3 gradient;
-    double value;  // what rounding leaves of the form
+    double value;  // of the form: what rounding leaves, or what the vertex is off
   };
 
   Implicit face_;

@@ -284,7 +284,8 @@ PlanarTriangulation::Mended PlanarTriangulation::mend_at(const LatticePoint& q, 
                for_shape ? std::max(kLeastEdge, shortest_edge_ * to_lattice_scale_) : kLeastEdge);
   if (held || nearest < least * least) return Mended::kHeld;
   const Vec2 p = to_chart(q);
-  if (rules.add_vertex && !rules.add_vertex(p)) return Mended::kDone;
+  if (rules.add_vertex && !rules.add_vertex(p, std::sqrt(nearest) / to_lattice_scale_))
+    return Mended::kDone;
   append_vertex(p, q);
   fill_cavity(static_cast<std::uint32_t>(lattice_.size() - 1));
   return Mended::kDone;

@@ -44,9 +44,10 @@ struct RefineRules {
   // of that size grow inwards from what is fine enough already, which takes fewer than centres of
   // circles (a quarter fewer on spheres).
   std::function<double(std::uint32_t)> spacing;
-  // Called for each new interior vertex in order of creation with its chart position, before it
-  // gets the next index; false refuses it, and the triangle it should mend is left as it is.
-  std::function<bool(const Vec2&)> add_vertex;
+  // Called for each new interior vertex in order of creation with its chart position and the
+  // distance of its nearest neighbour, before it gets the next index; false refuses it, and the
+  // triangle it should mend is left as it is.
+  std::function<bool(const Vec2&, double)> add_vertex;
   // Chart length: refinement for shape makes no edge shorter, nor asks for a segment to be split
   // whose halves would be. (What too_coarse asks for is not held by it.)
   double shortest_edge = 0;

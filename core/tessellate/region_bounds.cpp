@@ -53,11 +53,11 @@ double RegionMesher::border_bound_of(std::uint32_t a, std::uint32_t b, std::uint
 }
 
 double RegionMesher::face_bound_of(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  // No point of a triangle is farther from its vertices, which lie on the surface, than its longest
-  // edge over the square root of three; that bounds the smallest where no better bound holds (at an
-  // apex).
+  // No point of a triangle is farther from its vertices, which lie on the surface or as far off as
+  // vertices stand, than its longest edge over the square root of three; that bounds the smallest
+  // where no better bound holds (at an apex).
   return std::fmin(deviation_(mesh_.label, mesh_.position[a], mesh_.position[b], mesh_.position[c]),
-                   0.58 * longest_edge(a, b, c));
+                   most_off_ + 0.58 * longest_edge(a, b, c));
 }
 
 // A point p of the triangle has its foot on the surface within the face's bound f, along the
@@ -98,7 +98,7 @@ bool RegionMesher::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c)
   // Next to nothing across: only its arcs could mend it.
   const double longest = longest_edge(a, b, c);
   if (!(longest > 0.25 * tolerance)) return false;
-  if (side == DeviationFilter::Side::kBeyond && 0.57 * longest > tolerance) return true;
+  if (side == DeviationFilter::Side::kBeyond && most_off_ + 0.57 * longest > tolerance) return true;
   // What arcs leave no room for, vertices inside cannot mend.
   const double face = face_bound_of(a, b, c);
   if (bound_of(face, a, b, c) <= tolerance) return false;

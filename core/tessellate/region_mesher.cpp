@@ -13,6 +13,12 @@ namespace {
 // Of the chart's own spacing, which is for triangles that are regular: those of refinement are not
 // quite.
 constexpr double kSpacing = 0.93;
+// Vertices inside a face that bends every way stand off it by this part of the tolerance, to the
+// outside: triangles between them may then be as far beneath the face as they are above it, and
+// take almost twice the area. Where the nearest vertex is less than 1 / kRoomy of the full spacing
+// away, by less: as the square of that distance, like the gap beneath. Beside borders, whose
+// vertices stay on the face, a part of the gain is left.
+constexpr double kStandOff = 0.9, kRoomy = 1.5, kBorderShare = 0.15;
 // Rounds of splitting chords that leave triangles too little of the tolerance.
 constexpr int kTightRounds = 3;
 // Rounds of splitting chords for triangles that look down.
@@ -179,18 +185,22 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     return looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance;
   };
   // New vertices have none yet, those of build() and of splits neither.
-  const auto add_spacing = [this](std::size_t v) {
-    spacing_.push_back(kSpacing * chart_.spacing(mesh_.position[v], options_.tolerance));
+  const auto add_spacing = [this](std::size_t v, double room) {
+    spacing_.push_back(kSpacing * chart_.spacing(mesh_.position[v], room));
     filter_.add(mesh_.position[v]);
   };
-  for (std::size_t v = spacing_.size(); v < mesh_.position.size(); ++v) add_spacing(v);
+  for (std::size_t v = spacing_.size(); v < mesh_.position.size(); ++v) {
+    Vec3 p = mesh_.position[v];
+    add_spacing(
+        v, options_.tolerance + kBorderShare * chart_.stand_off(kStandOff, options_.tolerance, p));
+  }
   if (in_plan_) {
     rules.min_angle = options_.flat_angle;
   } else {
     rules.spacing = [this](std::uint32_t v) { return spacing_[v]; };
   }
   rules.closing = [this](std::uint32_t a, std::uint32_t b) { return closing(a, b); };
-  rules.add_vertex = [this, &add_spacing](const Vec2& c) {
+  rules.add_vertex = [this, &add_spacing](const Vec2& c, double nearest) {
     Vec3 p;
     if (in_plan_) {
       p.head<2>() = c;
@@ -198,10 +208,18 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     } else if (!chart_.from_chart(c, p)) {
       return false;
     }
+    double room = options_.tolerance;
+    if (!in_plan_) {
+      const double full = kSpacing * chart_.spacing(p, (1 + kStandOff) * options_.tolerance);
+      const double ratio = std::fmin(1, kRoomy * nearest / full);
+      const double off = chart_.stand_off(kStandOff * ratio * ratio, options_.tolerance, p);
+      most_off_ = std::fmax(most_off_, off);
+      room += off;
+    }
     mesh_.arc_point.push_back(ArcSamples::kNone);
     mesh_.position.push_back(p);
     mesh_.border_bound.push_back(0);
-    add_spacing(mesh_.position.size() - 1);
+    add_spacing(mesh_.position.size() - 1, room);
     return true;
   };
   std::vector<Chord> chords;

@@ -91,7 +91,8 @@ class RegionMesher {
   const RegionOptions& options_;
   FaceChart chart_;
   DeviationFilter filter_;
-  double flat_;  // altitude of a triangle without area
+  double most_off_ = 0;  // of vertices inside, off the face
+  double flat_;          // altitude of a triangle without area
   PlanarTriangulation triangulation_;
   RegionMesh mesh_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_of_;

@@ -235,6 +235,42 @@ TEST(FaceChart, SpacingKeepsTheToleranceAndSpendsIt) {
       measured, sum / measured, over, angle, thin);
 }
 
+// Straight up or down, to the outside, and by the way told.
+TEST(FaceChart, StandsOffToTheOutside) {
+  int moved = 0, stayed = 0, outward = 0;
+  for (const std::string& text : programs()) {
+    const CompoundSurface surface = surface_of(text);
+    Random random(26);
+    for (const SeenFace& face : seen_faces(surface)) {
+      const FaceChart chart(surface.impl(), face.label);
+      const Implicit form = face_implicit(surface.impl(), face.label);
+      for (int k = 0; k < 10; ++k) {
+        Vec3 p, gradient;
+        if (!face.draw(random, p)) continue;
+        Vec3 q = p;
+        const double off = chart.stand_off(0.9, 1e-3, q);
+        ASSERT_EQ(q.head<2>(), p.head<2>());
+        if (off == 0) {
+          ++stayed;
+          ASSERT_EQ(q, p);
+          continue;
+        }
+        ++moved;
+        ASSERT_LE(off, 0.9e-3);
+        // To first order: the way is a thousandth of the radius at most.
+        const double value = form.form(q, gradient);
+        EXPECT_GT(value, 0);
+        EXPECT_NEAR(value / gradient.norm(), off, 0.02 * off + 1e-12);
+        outward += q.z() > p.z() ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(moved, 100);
+  EXPECT_GT(stayed, 100);
+  EXPECT_GT(outward, 50);          // added bodies
+  EXPECT_GT(moved - outward, 50);  // subtracted ones
+}
+
 // Long, flat and sharp bodies: the charts stay one to one and the spacing sensible, only the shape
 // of triangles suffers.
 TEST(FaceChart, UnusualProportions) {

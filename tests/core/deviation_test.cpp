@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "core/tessellate/deviation_filter.h"
+#include "core/tessellate/deviation_forms.h"
 #include "tests/support/face_points.h"
 
 namespace diesink::test {
@@ -60,6 +61,15 @@ bool draw_triangle(Random& random, const SeenFace& face, double size, Vec3 (&v)[
                                  (v[2] - v[1]).squaredNorm()});
 }
 
+// Moves some corners off a quadric, up and down, by up to twice what the triangle is beneath it.
+void stand_off(Random& random, const SeenFace& face, double gap, Vec3 (&v)[3]) {
+  if (!face.body || face.number() != kFaceSide) return;
+  for (Vec3& corner : v) {
+    if (random.uniform(0, 1) < 0.3) continue;
+    corner.z() += 2 * gap * random.uniform(-1, 1) / face.surface->normal(face.label, corner).z();
+  }
+}
+
 std::vector<std::string> programs() {
   std::vector<std::string> texts{fixture("allprims.part"), fixture("fig6.part")};
   RandomProgramOptions options;
@@ -68,6 +78,35 @@ std::vector<std::string> programs() {
   for (std::uint64_t seed = 1; seed <= 3; ++seed)
     texts.push_back(random_part_program(seed, options));
   return texts;
+}
+
+TEST(LargestBetween, IsTheLargestOfALattice) {
+  Random random(5);
+  constexpr int kSteps = 100;
+  int inside = 0;
+  for (int k = 0; k < 2000; ++k) {
+    EdgeForms q;
+    VertexValues p;
+    for (double& form : q) form = random.uniform(k % 3 == 0 ? 0 : -1, 1);
+    for (double& value : p) value = k % 5 == 0 ? 0 : random.uniform(-0.3, 0.3);
+    double truth = -1;
+    bool is_inside = false;
+    for (int i = 0; i <= kSteps; ++i) {
+      for (int j = 0; i + j <= kSteps; ++j) {
+        const double a = i / double{kSteps}, b = j / double{kSteps}, c = 1 - a - b;
+        const double value =
+            b * c * q[0] + c * a * q[1] + a * b * q[2] + a * p[0] + b * p[1] + c * p[2];
+        if (value <= truth) continue;
+        truth = value;
+        is_inside = i > 0 && j > 0 && i + j < kSteps;
+      }
+    }
+    inside += is_inside ? 1 : 0;
+    const double most = largest_between(q, p);
+    ASSERT_GE(most, truth - 1e-15);
+    ASSERT_LE(most, truth + 1e-4);  // of the lattice
+  }
+  EXPECT_GT(inside, 200);
 }
 
 TEST(TriangleDeviation, BoundsWhatSamplingFindsAndHardlyMore) {
@@ -84,6 +123,7 @@ TEST(TriangleDeviation, BoundsWhatSamplingFindsAndHardlyMore) {
         Vec3 v[3];
         const double scale = size * (k % 3 == 0 ? 0.1 : 0.02);
         if (!draw_triangle(random, face, scale, v)) continue;
+        if (k % 2 == 1) stand_off(random, face, deviation(face.label, v[0], v[1], v[2]), v);
         const double truth = sampled(face, v[0], v[1], v[2], 10);
         if (truth < 0) continue;
         const double bound = deviation(face.label, v[0], v[1], v[2]);
@@ -244,6 +284,7 @@ TEST(DeviationFilter, TellsOnlyWhatTheBoundSays) {
                            1e-3 * (k % 10 == 0 ? 0 : 1) * (v[2] - v[0]).head<2>();
           if (!face.height(v[2].x(), v[2].y(), v[2].z())) continue;
         }
+        if (k % 8 >= 6) stand_off(random, face, deviation(face.label, v[0], v[1], v[2]), v);
         const Vec3 positions[] = {v[0], v[1], v[2]};
         DeviationFilter filter(deviation, face.label);
         for (const Vec3& p : positions) filter.add(p);

@@ -115,7 +115,7 @@ TEST(PlanarRefinement, KeepsTheAccuracy) {
     rules.too_coarse = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
       return area_of(mesh, a, b, c) > most;
     };
-    rules.add_vertex = [&](const Vec2& p) {
+    rules.add_vertex = [&](const Vec2& p, double) {
       added.push_back(p);
       return true;
     };
@@ -314,7 +314,7 @@ TEST(PlanarRefinement, LeavesAloneWhatIsRefused) {
   std::size_t asked = 0;
   RefineRules rules;
   rules.min_angle = 20 * kDegree;
-  rules.add_vertex = [&](const Vec2&) {
+  rules.add_vertex = [&](const Vec2&, double) {
     ++asked;
     return false;
   };

@@ -136,8 +136,8 @@ TEST(Tessellate, FlatFacesTakeFewTriangles) {
 }
 
 // A triangle that keeps the tolerance t on a sphere of radius R with its vertices on it has a
-// circle of at most sqrt(2 R t) and so an area of at most 2.598 R t: no mesh has fewer than the
-// area over that. Ours takes at most so many times as many, and in all no more than stated.
+// circle of at most sqrt(2 R t) and so an area of at most 2.598 R t: no such mesh has fewer than
+// the area over that. Ours, whose vertices stand off, takes no more on the whole than stated.
 TEST(Tessellate, TakesFewTriangles) {
   struct Row {
     const char* part;
@@ -145,7 +145,7 @@ TEST(Tessellate, TakesFewTriangles) {
     std::size_t most;
   };
   for (const Row& row :
-       {Row{"fig6", 0.02, 2300}, Row{"fig6", 0.001, 35'000}, Row{"pockets", 0.01, 128'000}}) {
+       {Row{"fig6", 0.02, 1950}, Row{"fig6", 0.001, 25'000}, Row{"pockets", 0.01, 95'000}}) {
     TessellationOptions options;
     options.tolerance = row.tolerance;
     const CompoundSurface surface = fixture(row.part);
@@ -163,7 +163,7 @@ TEST(Tessellate, TakesFewTriangles) {
     ASSERT_TRUE(made);
     for (const ElementReport& e : made->report.elements) {
       if (e.type != "SPHER" || e.area < 1) continue;
-      EXPECT_LE(static_cast<double>(e.triangles), 1.7 * e.area / (2.598 * 12 * tolerance))
+      EXPECT_LE(static_cast<double>(e.triangles), 1.2 * e.area / (2.598 * 12 * tolerance))
           << tolerance;
     }
   }
@@ -195,7 +195,7 @@ TEST(Tessellate, AnglesOfFig6AreNotSmall) {
     EXPECT_GT(least.front(), 1) << tolerance;
     EXPECT_GE(quantile(0.01), 10) << tolerance;
     EXPECT_GE(quantile(0.05), 13) << tolerance;
-    EXPECT_GE(quantile(0.5), 38) << tolerance;
+    EXPECT_GE(quantile(0.5), 37) << tolerance;
   }
 }
 
