@@ -11,6 +11,7 @@
 #include "formats/element_table.h"
 #include "formats/format.h"
 #include "formats/text_scanner.h"
+#include "formats/text_sections.h"
 
 namespace diesink {
 
@@ -32,7 +33,7 @@ struct ObjEvent {
   std::size_t count = 0;
 };
 
-struct ObjSection {
+struct alignas(kOwnLines) ObjSection {
   // Of the file in front of the section, where it is `counted`. Most sections can be read without
   // knowing it, all at once: those that count backwards cannot, and stop with `needs_counts`; of
   // the others `ahead` says how many vertices have to be in front for no face to name one behind

@@ -170,19 +170,19 @@ class OffReader {
           for (; section.more(); section.skip_line()) rows += *section.at() == '#' ? 0 : 1;
           return rows;
         },
-        [&](TextScanner section, std::size_t row, OffRows& rows) {
+        [&](TextScanner section, std::size_t row, std::size_t lines, OffRows& rows) {
           const char* const end = section.end();
+          const std::size_t last = std::min(count, row + lines);
           rows.clear();
           OffRowReader reader(section, options_, vertices_, faces_);
           for (; row < count && reader.more(rows); ++row) {
             // A row that goes on in the next line, or a line with more than its row, is not for
-            // this way of reading: lines were counted.
-            const char* const start = section.at();
+            // this way of reading: lines were counted. Where every row takes whole lines and there
+            // are as many of them as lines, none takes two.
             if (!reader.read(row, rows)) return false;
-            if (std::any_of(start, section.at(), is_line_end)) return false;
             if (section.more_in_line() && *section.at() != '#') return false;
           }
-          return row >= count || section.at() == end;
+          return row == last && (row >= count || section.at() == end);
         });
     mesh_.positions.reserve(vertices_);
     std::size_t number = 0;

@@ -97,7 +97,7 @@ PlySectionValues::PlySectionValues(TextScanner& text, const PlyHeader& header,
     : text_(text),
       sections_(std::make_unique<SectionQueue<PlySection>>(
           text, options, count_rows,
-          [&header](TextScanner part, std::size_t first_row, PlySection& section) {
+          [&header](TextScanner part, std::size_t first_row, std::size_t, PlySection& section) {
             return SectionReader(std::move(part), header, section).read(first_row);
           })),
       end_(text.at()) {}

@@ -23,7 +23,7 @@ bool is_word(std::string_view word, std::string_view lower) {
 }
 
 // The facets of a part of the file, and where solids begin and end between them.
-struct AsciiSection {
+struct alignas(kOwnLines) AsciiSection {
   struct Event {
     bool begins = false;
     std::size_t facet = 0;  // number of facets before it in the section

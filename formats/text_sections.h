@@ -19,6 +19,11 @@
 
 namespace diesink {
 
+// What one thread fills stands in lines of memory of its own, of which caches may take two at a
+// time: an array grows with every row, and its end would be fetched back from another core each
+// time.
+inline constexpr std::size_t kOwnLines = 128;
+
 // Into how many parts a text is worth being cut: one below options.parallel_bytes and for one
 // thread, else several a thread, so that one that is slower or comes later is not waited for; none
 // smaller than a quarter of parallel_bytes.
@@ -34,13 +39,14 @@ inline std::size_t section_count(std::size_t bytes, const ReadOptions& options) 
 // order, while those behind are being read. What memory holds at a time depends on the threads, not
 // on the text.
 // Needs: `count` tells how many rows a section has; `parse` reads one into a Section that may hold
-// an earlier one's rows, knowing the number of its first row, and says whether it could. Both are
-// called by several threads.
+// an earlier one's rows, knowing the number of its first row and how many there are, and says
+// whether it could. Both are called by several threads.
 template <class Section>
 class SectionQueue {
  public:
   using Count = std::function<std::size_t(TextScanner)>;
-  using Parse = std::function<bool(TextScanner, std::size_t first_row, Section& section)>;
+  using Parse =
+      std::function<bool(TextScanner, std::size_t first_row, std::size_t rows, Section& section)>;
 
   SectionQueue(TextScanner text, const ReadOptions& options, Count count, Parse parse)
       : text_(std::move(text)),
@@ -103,7 +109,7 @@ class SectionQueue {
   static constexpr std::size_t kMostSection = std::size_t{1} << 17;
 
   enum class State : std::uint8_t { kFree, kBegun, kRead, kFailed };
-  struct Slot {
+  struct alignas(kOwnLines) Slot {
     State state = State::kFree;
     Section section;
     std::exception_ptr thrown;
@@ -135,9 +141,10 @@ class SectionQueue {
     bool parsed = false;
     try {
       const TextScanner section = text_.section(first, text_.at());
-      const std::size_t row = std::exchange(row_, row_ + count_(section));
+      const std::size_t rows = count_(section);
+      const std::size_t row = std::exchange(row_, row_ + rows);
       lock.unlock();
-      parsed = parse_(section, row, slot.section);
+      parsed = parse_(section, row, rows, slot.section);
     } catch (...) {
       slot.thrown = std::current_exception();
     }
