@@ -45,9 +45,6 @@ class LeftOver {
   // The plan area where the cutter fits and more than `limit` stays, and the most that does.
   struct Rest {
     double area = 0, height = 0;
-    // Where the points are so far apart that more than the limit may stay between them, though it
-    // does not at any of them.
-    double unsettled = 0;
   };
   Rest rest();
 
@@ -73,13 +70,9 @@ class LeftOver {
     // What may stand straight up over it for that no more than `call` stays, then and with less.
     std::vector<float> most;
     std::vector<Fit> fit;
-    // By how much more may stay near a point than at it, than `limit` is above `call`.
-    std::vector<float> slack;
     std::size_t beside_step = 1;  // one in so many is tried from beside
 
     void resize(std::size_t count);
-    // Whether the normals of two points, b behind a, part in plan: a crest runs between them.
-    [[nodiscard]] bool part_at(std::size_t a, std::size_t b, bool along_x) const;
   };
   // Points of a tile's cells, cell by cell, in each ascending in x.
   struct Between : Points {
@@ -91,12 +84,9 @@ class LeftOver {
   // The square between four points of the lattice.
   struct Cell {
     std::uint8_t nx = 1, ny = 1;  // points to a side; 1 and 1 where its corners say enough
-    std::uint8_t crest = 0;       // points beside crests that run through it, once they are made
     bool smooth = true;           // no edge passes
     bool border = false;          // the surface ends or the domain does: nx points there instead
     bool open = false;            // of more points than its corners, and they are still to be made
-    float slack = 0;              // of its points
-    [[nodiscard]] std::size_t points() const { return std::size_t{nx} * ny + crest; }
   };
 
   // A point that the moves may still lower: over one with little enough left they pass on.
@@ -120,9 +110,6 @@ class LeftOver {
   // Takes what the surface has at a point.
   void take(Points& points, std::size_t k, const Vec2& at);
   void take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal);
-  [[nodiscard]] double call(const Points& points, std::size_t k) const {
-    return limits_.call - static_cast<double>(points.slack[k]);
-  }
   // Those of a row of the lattice.
   void take_row(std::size_t j, std::span<const PlanBox> places);
   void divide_cells();
@@ -131,12 +118,6 @@ class LeftOver {
   void add_between(std::size_t i, std::size_t j);
   // Where the surface and the domain end on the sides of a cell.
   [[nodiscard]] std::vector<Vec2> ends_of(std::size_t i, std::size_t j) const;
-  // Where a crest passes the sides of a cell, or between its points, points a little to both sides
-  // of it: a flat face on one side touches it with its rim only, one on the other side likewise,
-  // and between them a sliver as high as the stock may stay.
-  [[nodiscard]] std::vector<Vec2> beside_crests(std::size_t i, std::size_t j,
-                                                const Between& points) const;
-  [[nodiscard]] bool has_crest(std::size_t i, std::size_t j) const;
   // A little beyond them: a cutter that comes over these leaves nothing between them.
   [[nodiscard]] std::vector<Vec2> beyond_ends(std::size_t i, std::size_t j,
                                               const Between& points) const;
@@ -162,9 +143,8 @@ class LeftOver {
   // `call` and the surface ends before; 0 where nothing is asked of it.
   [[nodiscard]] double stays(const Points& points, std::size_t k, const Vec2& at) const;
   // From what is left to the surface, by a search from a place near its foot: a little more than it
-  // is, or any distance below `enough`.
-  [[nodiscard]] double distance(const Vec3& top, const Vec2& foot, double above,
-                                double enough) const;
+  // is, or any distance below `call`.
+  [[nodiscard]] double distance(const Vec3& top, const Vec2& foot, double above) const;
   [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;
   [[nodiscard]] bool fits(Points& points, std::size_t k, const Vec2& at);
   // Adds the points of a row where more than `call` stays to its runs; of a band the worst between
@@ -218,7 +198,7 @@ class LeftOver {
   double beside_run_ = 0;
   bool everywhere_ = true;
   std::size_t columns_ = 0, rows_ = 0;
-  int most_parts_ = 16;  // to a side of a cell
+  int most_parts_ = 8;  // to a side of a cell
   Points lattice_;
   std::vector<Cell> cells_;       // by the lattice's point at the low corner
   std::vector<Between> between_;  // of each tile

@@ -27,11 +27,6 @@ constexpr double kRimChord = 0.75, kRimPart = 0.05;
 // stays. Rounding of a distance, relative.
 constexpr double kLeastCosine = 0.05, kSlopeCosine = 0.9, kHair = 1e-6;
 
-// Where the surface leans by less than this it is level, and a flat end stands on all of it.
-constexpr float kLevel = 1e-6F;
-// Points further apart than they should be call so much of `call` earlier, at most.
-constexpr double kMostSlack = 0.5;
-
 // Of the points between the lattice's, one in so many is tried from beside.
 constexpr std::size_t kBesideStep = 3;
 
@@ -39,8 +34,6 @@ constexpr std::size_t kBesideStep = 3;
 constexpr std::array<std::array<std::size_t, 2>, 4> kSides{{{0, 1}, {0, 2}, {1, 3}, {2, 3}}};
 // The place on a side where the surface ends, to a millionth of the side.
 constexpr int kEndHalves = 20;
-// The place of a crest, to a thousandth of what points are beside it.
-constexpr int kCrestHalves = 14;
 
 double square(double v) { return v * v; }
 
@@ -54,12 +47,6 @@ void LeftOver::Points::resize(std::size_t count) {
   nz.resize(count, 1);
   most.resize(count, 0);
   fit.resize(count, Fit::kUnknown);
-  slack.resize(count, 0);
-}
-
-bool LeftOver::Points::part_at(std::size_t a, std::size_t b, bool along_x) const {
-  const std::vector<float>& n = along_x ? nx : ny;
-  return !std::isnan(z[a]) && !std::isnan(z[b]) && n[a] < -kLevel && n[b] > kLevel;
 }
 
 void LeftOver::take(Points& points, std::size_t k, const Vec2& at) {
@@ -74,17 +61,16 @@ void LeftOver::take(Points& points, std::size_t k, const Vec2& at, double z, con
   points.nx[k] = static_cast<float>(n.x());
   points.ny[k] = static_cast<float>(n.y());
   points.nz[k] = static_cast<float>(n.z());
-  const double enough = call(points, k);
-  double most = enough;
+  double most = limits_.call;
   if (n.z() > kLeastCosine && n.z() < kSlopeCosine) {
     // On a slope more may stand straight up where the surface comes as near to that as its plane
     // does. Then it is near to all that is lower, too: what is under the surface is the part.
-    const Vec2 foot = at - enough * n.head<2>();
+    const Vec2 foot = at - limits_.call * n.head<2>();
     const Vec3 q = offset_->from_frame({foot.x(), foot.y(), 0});
-    const double high = enough / n.z();
+    const double high = limits_.call / n.z();
     const std::optional<CcDatum> there = surface_->at(q.x(), q.y());
     if (there && (foot - at).squaredNorm() + square(std::max(0.0, z + high - there->z)) <=
-                     square(enough * (1 + kHair))) {
+                     square(limits_.call * (1 + kHair))) {
       most = high;
     }
   }
@@ -205,27 +191,17 @@ LeftOver::Cell LeftOver::cell_of(std::size_t i, std::size_t j) const {
     for (std::size_t d = 0; d < c; ++d) least = std::min(least, n[c].dot(n[d]));
   }
   const bool edge = least < kEdgeCosine || high - low > (gx + gy + kWallHeight) * step_;
-  const double margin = limits_.limit - limits_.call;
-  Cell cell;
-  cell.smooth = !edge;
   const auto parts = [&](double slope) {
     const double along = std::min(std::sqrt(1 + slope * slope), 1e3);
-    // What a sharp corner leaves on a slope grows downhill as steeply as the slope, and ends at
-    // once: the highest of it may be a whole distance of points away from the next.
-    const double grows = cutter_.corner() < limits_.limit ? step_ * (slope / along) : 0;
-    const int count =
-        static_cast<int>(std::max(std::round(along), std::ceil(grows / margin - kHair)));
-    const int taken = std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_);
-    const double more = grows / taken - margin;
-    if (more > 0) {
-      cell.slack = static_cast<float>(
-          std::max(static_cast<double>(cell.slack), std::min(more, kMostSlack * limits_.call)));
-    }
-    return static_cast<std::uint8_t>(taken);
+    // What a sharp corner leaves on a slope falls off to both sides as steeply as the slope.
+    const double ridges = cutter_.corner() < limits_.limit
+                              ? step_ * (slope / along) / (2 * (limits_.limit - limits_.call))
+                              : 0;
+    const int count = static_cast<int>(std::max(std::round(along), std::ceil(ridges)));
+    return static_cast<std::uint8_t>(std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_));
   };
-  cell.nx = parts(gx);
-  cell.ny = parts(gy);
-  cell.open = cell.points() > 1 || has_crest(i, j);
+  Cell cell{parts(gx), parts(gy), !edge, false, false};
+  cell.open = cell.nx * cell.ny > 1;
   return cell;
 }
 
@@ -237,20 +213,20 @@ void LeftOver::divide_cells() {
   for (Between& tile : between_) tile.beside_step = kBesideStep;
   cells_.resize(lattice_.z.size());
   std::vector<std::size_t> points(rows_);
-  for (;; most_parts_ = most_parts_ * 3 / 4) {
+  for (;; most_parts_ /= 2) {
     parallel_blocks(rows_ - 1, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t j = begin; j < end; ++j) {
         points[j] = 0;
         for (std::size_t i = 0; i + 1 < columns_; ++i) {
           const Cell cell = cell_of(i, j);
           cells_[j * columns_ + i] = cell;
-          if (cell.open) points[j] += cell.points();
+          if (cell.open) points[j] += std::size_t{cell.nx} * cell.ny;
         }
       }
     });
     std::size_t all = 0;
     for (const std::size_t count : points) all += count;
-    if (static_cast<double>(all) <= kMostPoints || most_parts_ == 1) break;
+    if (static_cast<double>(all) <= kMostPoints) break;
   }
 }
 
@@ -268,47 +244,6 @@ std::vector<Vec2> LeftOver::ends_of(std::size_t i, std::size_t j) const {
       (in_domain(middle) && surface_->at(p.x(), p.y()) ? in : off) = middle;
     }
     out.push_back(in);
-  }
-  return out;
-}
-
-bool LeftOver::has_crest(std::size_t i, std::size_t j) const {
-  const std::size_t k = j * columns_ + i;
-  const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
-  return cutter_.flat() > 0 && std::any_of(kSides.begin(), kSides.end(), [&](const auto& side) {
-           return lattice_.part_at(corner[side[0]], corner[side[1]], side[1] - side[0] == 1);
-         });
-}
-
-std::vector<Vec2> LeftOver::beside_crests(std::size_t i, std::size_t j,
-                                          const Between& points) const {
-  std::vector<Vec2> out;
-  const auto look = [&](Vec2 low, Vec2 high) {
-    const Vec2 way = (high - low).normalized();
-    for (int halves = 0; halves < kCrestHalves; ++halves) {
-      const Vec2 middle = (low + high) / 2;
-      const Vec3 p = offset_->from_frame({middle.x(), middle.y(), 0});
-      const std::optional<CcDatum> cc = surface_->at(p.x(), p.y());
-      (cc && offset_->to_frame(cc->n).head<2>().dot(way) > 0 ? high : low) = middle;
-    }
-    out.emplace_back(low - beside_run() * way);
-    out.emplace_back(high + beside_run() * way);
-  };
-  const std::size_t k = j * columns_ + i;
-  const std::array<std::size_t, 4> corner{k, k + 1, k + columns_, k + columns_ + 1};
-  for (const auto& [a, b] : kSides) {
-    if (lattice_.part_at(corner[a], corner[b], b - a == 1)) {
-      look(at_lattice(corner[a]), at_lattice(corner[b]));
-    }
-  }
-  // And between the cell's own points, where a narrow face has a crest.
-  const Cell& cell = cells_[k];
-  const std::size_t begin = points.begin[j % kTile * kTile + i % kTile], ny = cell.ny;
-  for (std::size_t p = 0; p < cell.nx * ny; ++p) {
-    const std::size_t q = begin + p;
-    const auto at = [&](std::size_t of) { return Vec2(points.x[of], points.y[of]); };
-    if (p + ny < cell.nx * ny && points.part_at(q, q + ny, true)) look(at(q), at(q + ny));
-    if ((p + 1) % ny != 0 && points.part_at(q, q + 1, false)) look(at(q), at(q + 1));
   }
   return out;
 }
@@ -336,13 +271,12 @@ void LeftOver::add_between(std::size_t i, std::size_t j) {
   std::size_t k = tile.z.size();
   tile.begin[j % kTile * kTile + i % kTile] = static_cast<std::uint32_t>(k);
   const int nx = cell.nx, ny = cell.ny;
-  const std::size_t count = k + cell.points();
+  const std::size_t count = k + std::size_t{cell.nx} * cell.ny;
   tile.resize(count);
   tile.x.resize(count);
   tile.y.resize(count);
   // Of a cell where the surface ends, half.
   tile.area.resize(count, static_cast<float>(dx_ * dy_ / (nx * ny) / (cell.border ? 2 : 1)));
-  std::fill(tile.slack.begin() + static_cast<std::ptrdiff_t>(k), tile.slack.end(), cell.slack);
   if (cell.border) {
     for (const Vec2& at : ends_of(i, j)) {
       tile.x[k] = at.x();
@@ -357,17 +291,6 @@ void LeftOver::add_between(std::size_t i, std::size_t j) {
       tile.y[k] = y(j) + (b + 0.5) / ny * dy_;
       take(tile, k, {tile.x[k], tile.y[k]});
     }
-  }
-  if (!(cutter_.flat() > 0)) return;
-  const std::vector<Vec2> crests = beside_crests(i, j, tile);
-  cell.crest = static_cast<std::uint8_t>(crests.size());
-  tile.resize(k + crests.size());
-  for (const Vec2& at : crests) {
-    tile.x.push_back(at.x());
-    tile.y.push_back(at.y());
-    tile.area.push_back(static_cast<float>(beside_run() * step_));
-    tile.slack[k] = cell.slack;
-    take(tile, k++, at);
   }
 }
 
@@ -387,8 +310,8 @@ double LeftOver::own_area(std::size_t k) const {
   int quarters = 0;
   for (const std::size_t a : {i - 1, i}) {
     for (const std::size_t b : {j - 1, j}) {
-      const bool divided =
-          a < columns_ - 1 && b < rows_ - 1 && cells_[b * columns_ + a].points() > 1;
+      const bool divided = a < columns_ - 1 && b < rows_ - 1 &&
+                           cells_[b * columns_ + a].nx * cells_[b * columns_ + a].ny > 1;
       quarters += divided ? 0 : 1;
     }
   }
