@@ -134,11 +134,19 @@ void BodyLine::prepare(const QuadricBody& body) {
       s.q2 = 0;
       rule_ = a.z() > 0 ? SideRule::kBelowFirst : SideRule::kAboveLast;
     }
-    // d(disc) over the slack at the silhouette, where |grad disc| = 2 sqrt(-dxx..) on a unit of
-    // size.
+    // What the discriminant falls by over the slack beside the silhouette. Of an ellipse or strip
+    // about the origin its slope there is 2 sqrt(d0 times the larger eigenvalue) at most, which it
+    // has along a cylinder's lines and at the short axis of an ellipsoid's shadow.
     const double reach = std::fmax(std::fmax(box_.x1 - box_.x0, box_.y1 - box_.y0), slack_);
-    s.disc_slack = slack_ * (2 * (std::fabs(s.dxx) + std::fabs(s.dxy) + std::fabs(s.dyy)) * reach +
-                             std::fabs(s.dx1) + std::fabs(s.dy1));
+    if (body.shape == QuadricShape::kCylinder || body.shape == QuadricShape::kEllipsoid) {
+      const double larger =
+          -0.5 * (s.dxx + s.dyy) + std::hypot(0.5 * (s.dxx - s.dyy), 0.5 * s.dxy);
+      s.disc_slack = slack_ * 2 * std::sqrt(larger * s.d0);
+    } else {
+      s.disc_slack =
+          slack_ * (2 * (std::fabs(s.dxx) + std::fabs(s.dxy) + std::fabs(s.dyy)) * reach +
+                    std::fabs(s.dx1) + std::fabs(s.dy1));
+    }
     if (body.shape == QuadricShape::kCone)
       s.disc_slack = std::fmin(s.disc_slack, slack_ * slack_ * norm * norm * reach);
     if (body.shape == QuadricShape::kCone && s.q2 == 0) {

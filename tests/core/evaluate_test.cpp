@@ -142,5 +142,40 @@ TEST(Evaluate, ConesWithAnUprightRuling) {
   EXPECT_LT(counts.unsure, 300);
 }
 
+// A line that misses a body by more than a tie misses it, however long the body or flat: a bar's
+// wall and the silhouette beside it would otherwise trade places from one cell to the next.
+TEST(Evaluate, MissesByMoreThanATieMiss) {
+  int lines = 0;
+  for (int k = 0; k < 12; ++k) {
+    const double turn = 0.1 + k * 0.26, c = std::cos(turn), s = std::sin(turn);
+    std::ostringstream text;
+    text.precision(17);
+    text << "SOLID-DEF\nK,R-CYLI,1\nP1," << 100 - 80 * c << ',' << 100 - 80 * s << ",5\nP2,"
+         << 100 + 80 * c << ',' << 100 + 80 * s << ",5\nRAD,2\n"
+         << "E,ELLIP,1\nP1,100,100,20\nV1," << -s << ',' << c << ",0\nV2,0,0,1\nA,60\nB,1\nC,3\n"
+         << "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+K+E\nMACHI-DEF\nX-RNG,0,200\nY-RNG,0,200\n";
+    const CompoundSurface surface = test::surface_of(text.str());
+    const int base = surface.at(1, 1)->row;
+    const auto row = [&](double along, double across) {
+      return surface.at(100 + along * c - across * s, 100 + along * s + across * c)->row;
+    };
+    const double tie = surface.tie_tolerance();
+    const int flat = row(0, 0);
+    for (const double side : {-1.0, 1.0}) {
+      EXPECT_EQ(row(0, side * (1 - 2 * tie)), flat);
+      EXPECT_NE(row(0, side * (1 + 2 * tie)), flat);
+    }
+    for (int i = -7; i <= 7; ++i) {
+      if (i == 0) continue;
+      for (const double side : {-1.0, 1.0}) {
+        EXPECT_NE(row(10 * i, side * (2 - 2 * tie)), base);
+        EXPECT_EQ(row(10 * i, side * (2 + 2 * tie)), base);
+        ++lines;
+      }
+    }
+  }
+  EXPECT_EQ(lines, 12 * 14 * 2);
+}
+
 }  // namespace
 }  // namespace diesink
