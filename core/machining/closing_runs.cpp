@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kFirstStride = 16;  // rows of the lattice
 // Where points lie between the rows, each time the worst of a cell is cut.
-constexpr std::size_t kMostTimes = 6;
+constexpr std::size_t kMostTimes = 16;
 
 template <class Vec>
 double distance_to_move(const Vec& p, const Vec& a, const Vec& b) {
@@ -71,6 +71,7 @@ double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOpt
 void tell_left_over(LeftOver& left, PathReport& report) {
   const LeftOver::Rest rest = left.rest();
   report.left_area += rest.area;
+  report.unsettled_area += rest.unsettled;
   report.left_height = std::fmax(report.left_height, rest.height);
   report.left_spacing = std::fmax(report.left_spacing, left.spacing());
 }

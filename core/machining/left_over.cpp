@@ -171,7 +171,7 @@ void LeftOver::take_open(std::size_t block, std::size_t t, const MoveBins& bins,
             for (const Vec2& at : beyond_ends(i, j, between)) add(between, p++, at);
             continue;
           }
-          for (std::size_t p = k; p < k + std::size_t{cell.nx} * cell.ny; ++p) {
+          for (std::size_t p = k; p < k + cell.points(); ++p) {
             add(between, p, {between.x[p], between.y[p]});
           }
         }
@@ -266,13 +266,14 @@ double LeftOver::stays(const Points& points, std::size_t k, const Vec2& at) cons
   if (points.left[k] == kInfinity) return kInfinity;  // never cut, whatever the normal
   const double above = points.left[k] - points.z[k], nz = static_cast<double>(points.nz[k]);
   const double on_plane = above * nz;
-  if (!(above > limits_.call) || on_plane > limits_.call) return on_plane;
+  const double enough = call(points, k);
+  if (!(above > enough) || on_plane > enough) return on_plane;
   // Where the surface ends or bends away the plane of the point goes on without it.
   const Vec3 n(static_cast<double>(points.nx[k]), static_cast<double>(points.ny[k]), nz);
-  return distance({at.x(), at.y(), points.left[k]}, at - on_plane * n.head<2>(), above);
+  return distance({at.x(), at.y(), points.left[k]}, at - on_plane * n.head<2>(), above, enough);
 }
 
-double LeftOver::distance(const Vec3& top, const Vec2& foot, double above) const {
+double LeftOver::distance(const Vec3& top, const Vec2& foot, double above, double enough) const {
   double best = above;
   Vec2 nearest = top.head<2>();
   const auto look = [&](const Vec2& at) {
@@ -288,7 +289,7 @@ double LeftOver::distance(const Vec3& top, const Vec2& foot, double above) const
   };
   look(foot);
   constexpr double kFinest = 1.0 / 32;  // of the distance
-  for (double step = best / 2; best > limits_.call && step > kFinest * best; step /= 2) {
+  for (double step = best / 2; best > enough && step > kFinest * best; step /= 2) {
     const Vec2 from = nearest;
     for (int way = 0; way < 8; ++way) {
       const double d = way % 2 == 0 ? step : step * std::numbers::sqrt2 / 2;
@@ -447,7 +448,7 @@ LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over,
     return stays(points, k, over) > least ? beside(points, k, over, least) : none;
   }
   const double height = stays(points, k, over);
-  if (!(height > limits_.call)) points.fit[k] = Fit::kDone;
+  if (!(height > call(points, k))) points.fit[k] = Fit::kDone;
   if (!(height > least)) return none;
   Vec3 at = tip(points, k, over);
   at.z() = kNoContact;  // lowered when it is used
@@ -480,15 +481,16 @@ void LeftOver::add_cell_run(Between& points, std::size_t i, std::size_t j, std::
   if (k == kNone) return;
   const Cell& cell = cells_[j * columns_ + i];
   std::size_t worst = k;
-  Place most{limits_.call, Vec3::Zero()};
-  for (std::size_t p = k; p < k + std::size_t{cell.nx} * cell.ny; ++p) {
+  const double enough = call(points, k);
+  Place most{enough, Vec3::Zero()};
+  for (std::size_t p = k; p < k + cell.points(); ++p) {
     if (points.fit[p] == Fit::kCut) continue;
     const Place here = place(points, p, {points.x[p], points.y[p]}, most.height);
     if (!(here.height > most.height)) continue;
     most = here;
     worst = p;
   }
-  if (!(most.height > limits_.call)) return;
+  if (!(most.height > enough)) return;
   if (points.fit[worst] == Fit::kYes) points.fit[worst] = Fit::kCut;
   add_to_runs(most.tip, last < columns_ && i <= last + kGap, runs);
   last = i;
@@ -529,10 +531,13 @@ LeftOver::Rest LeftOver::rest() {
     for (std::size_t block = begin; block < end; ++block) {
       Rest& sum = of[block];
       const auto add = [&](Points& points, std::size_t k, const Vec2& at, double area) {
-        const Place here = place(points, k, at, limits_.limit);
-        if (!(here.height > limits_.limit)) return;
+        const double least = limits_.limit - static_cast<double>(points.slack[k]);
+        const Place here = place(points, k, at, least);
+        if (!(here.height > least)) return;
         const bool on_it = fits(points, k, at);
-        sum.area += on_it ? area : static_cast<double>(points.beside_step) * area;
+        (here.height > limits_.limit ? sum.area : sum.unsettled) +=
+            on_it ? area : static_cast<double>(points.beside_step) * area;
+        if (!(here.height > limits_.limit)) return;
         sum.height = std::max(sum.height, here.height);
       };
       for (std::size_t k = block * kTile * columns_;
@@ -550,6 +555,7 @@ LeftOver::Rest LeftOver::rest() {
   Rest sum;
   for (const Rest& row : of) {
     sum.area += row.area;
+    sum.unsettled += row.unsettled;
     sum.height = std::max(sum.height, row.height);
   }
   return sum;

@@ -45,6 +45,9 @@ class LeftOver {
   // The plan area where the cutter fits and more than `limit` stays, and the most that does.
   struct Rest {
     double area = 0, height = 0;
+    // Where the points are so far apart that more than the limit may stay between them, though it
+    // does not at any of them.
+    double unsettled = 0;
   };
   Rest rest();
 
@@ -70,6 +73,8 @@ class LeftOver {
     // What may stand straight up over it for that no more than `call` stays, then and with less.
     std::vector<float> most;
     std::vector<Fit> fit;
+    // By how much more may stay near a point than at it, than `limit` is above `call`.
+    std::vector<float> slack;
     std::size_t beside_step = 1;  // one in so many is tried from beside
 
     void resize(std::size_t count);
@@ -87,6 +92,8 @@ class LeftOver {
     bool smooth = true;           // no edge passes
     bool border = false;          // the surface ends or the domain does: nx points there instead
     bool open = false;            // of more points than its corners, and they are still to be made
+    float slack = 0;              // of its points
+    [[nodiscard]] std::size_t points() const { return std::size_t{nx} * ny; }
   };
 
   // A point that the moves may still lower: over one with little enough left they pass on.
@@ -110,6 +117,9 @@ class LeftOver {
   // Takes what the surface has at a point.
   void take(Points& points, std::size_t k, const Vec2& at);
   void take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal);
+  [[nodiscard]] double call(const Points& points, std::size_t k) const {
+    return limits_.call - static_cast<double>(points.slack[k]);
+  }
   // Those of a row of the lattice.
   void take_row(std::size_t j, std::span<const PlanBox> places);
   void divide_cells();
@@ -143,8 +153,9 @@ class LeftOver {
   // `call` and the surface ends before; 0 where nothing is asked of it.
   [[nodiscard]] double stays(const Points& points, std::size_t k, const Vec2& at) const;
   // From what is left to the surface, by a search from a place near its foot: a little more than it
-  // is, or any distance below `call`.
-  [[nodiscard]] double distance(const Vec3& top, const Vec2& foot, double above) const;
+  // is, or any distance below `enough`.
+  [[nodiscard]] double distance(const Vec3& top, const Vec2& foot, double above,
+                                double enough) const;
   [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;
   [[nodiscard]] bool fits(Points& points, std::size_t k, const Vec2& at);
   // Adds the points of a row where more than `call` stays to its runs; of a band the worst between
@@ -198,7 +209,7 @@ class LeftOver {
   double beside_run_ = 0;
   bool everywhere_ = true;
   std::size_t columns_ = 0, rows_ = 0;
-  int most_parts_ = 8;  // to a side of a cell
+  int most_parts_ = 16;  // to a side of a cell
   Points lattice_;
   std::vector<Cell> cells_;       // by the lattice's point at the low corner
   std::vector<Between> between_;  // of each tile

@@ -27,6 +27,9 @@ constexpr double kRimChord = 0.75, kRimPart = 0.05;
 // stays. Rounding of a distance, relative.
 constexpr double kLeastCosine = 0.05, kSlopeCosine = 0.9, kHair = 1e-6;
 
+// Points further apart than they should be call so much of `call` earlier, at most.
+constexpr double kMostSlack = 0.5;
+
 // Of the points between the lattice's, one in so many is tried from beside.
 constexpr std::size_t kBesideStep = 3;
 
@@ -47,6 +50,7 @@ void LeftOver::Points::resize(std::size_t count) {
   nz.resize(count, 1);
   most.resize(count, 0);
   fit.resize(count, Fit::kUnknown);
+  slack.resize(count, 0);
 }
 
 void LeftOver::take(Points& points, std::size_t k, const Vec2& at) {
@@ -61,16 +65,17 @@ void LeftOver::take(Points& points, std::size_t k, const Vec2& at, double z, con
   points.nx[k] = static_cast<float>(n.x());
   points.ny[k] = static_cast<float>(n.y());
   points.nz[k] = static_cast<float>(n.z());
-  double most = limits_.call;
+  const double enough = call(points, k);
+  double most = enough;
   if (n.z() > kLeastCosine && n.z() < kSlopeCosine) {
     // On a slope more may stand straight up where the surface comes as near to that as its plane
     // does. Then it is near to all that is lower, too: what is under the surface is the part.
-    const Vec2 foot = at - limits_.call * n.head<2>();
+    const Vec2 foot = at - enough * n.head<2>();
     const Vec3 q = offset_->from_frame({foot.x(), foot.y(), 0});
-    const double high = limits_.call / n.z();
+    const double high = enough / n.z();
     const std::optional<CcDatum> there = surface_->at(q.x(), q.y());
     if (there && (foot - at).squaredNorm() + square(std::max(0.0, z + high - there->z)) <=
-                     square(limits_.call * (1 + kHair))) {
+                     square(enough * (1 + kHair))) {
       most = high;
     }
   }
@@ -191,17 +196,27 @@ LeftOver::Cell LeftOver::cell_of(std::size_t i, std::size_t j) const {
     for (std::size_t d = 0; d < c; ++d) least = std::min(least, n[c].dot(n[d]));
   }
   const bool edge = least < kEdgeCosine || high - low > (gx + gy + kWallHeight) * step_;
+  const double margin = limits_.limit - limits_.call;
+  Cell cell;
+  cell.smooth = !edge;
   const auto parts = [&](double slope) {
     const double along = std::min(std::sqrt(1 + slope * slope), 1e3);
-    // What a sharp corner leaves on a slope falls off to both sides as steeply as the slope.
-    const double ridges = cutter_.corner() < limits_.limit
-                              ? step_ * (slope / along) / (2 * (limits_.limit - limits_.call))
-                              : 0;
-    const int count = static_cast<int>(std::max(std::round(along), std::ceil(ridges)));
-    return static_cast<std::uint8_t>(std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_));
+    // What a sharp corner leaves on a slope grows downhill as steeply as the slope, and ends at
+    // once: the highest of it may be a whole distance of points away from the next.
+    const double grows = cutter_.corner() < limits_.limit ? step_ * (slope / along) : 0;
+    const int count =
+        static_cast<int>(std::max(std::round(along), std::ceil(grows / margin - kHair)));
+    const int taken = std::min(std::max(count, edge ? kEdgeParts : 1), most_parts_);
+    const double more = grows / taken - margin;
+    if (more > 0) {
+      cell.slack = static_cast<float>(
+          std::max(static_cast<double>(cell.slack), std::min(more, kMostSlack * limits_.call)));
+    }
+    return static_cast<std::uint8_t>(taken);
   };
-  Cell cell{parts(gx), parts(gy), !edge, false, false};
-  cell.open = cell.nx * cell.ny > 1;
+  cell.nx = parts(gx);
+  cell.ny = parts(gy);
+  cell.open = cell.points() > 1;
   return cell;
 }
 
@@ -213,20 +228,20 @@ void LeftOver::divide_cells() {
   for (Between& tile : between_) tile.beside_step = kBesideStep;
   cells_.resize(lattice_.z.size());
   std::vector<std::size_t> points(rows_);
-  for (;; most_parts_ /= 2) {
+  for (;; most_parts_ = most_parts_ * 3 / 4) {
     parallel_blocks(rows_ - 1, kRowsABlock, threads_, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t j = begin; j < end; ++j) {
         points[j] = 0;
         for (std::size_t i = 0; i + 1 < columns_; ++i) {
           const Cell cell = cell_of(i, j);
           cells_[j * columns_ + i] = cell;
-          if (cell.open) points[j] += std::size_t{cell.nx} * cell.ny;
+          if (cell.open) points[j] += cell.points();
         }
       }
     });
     std::size_t all = 0;
     for (const std::size_t count : points) all += count;
-    if (static_cast<double>(all) <= kMostPoints) break;
+    if (static_cast<double>(all) <= kMostPoints || most_parts_ == 1) break;
   }
 }
 
@@ -271,12 +286,13 @@ void LeftOver::add_between(std::size_t i, std::size_t j) {
   std::size_t k = tile.z.size();
   tile.begin[j % kTile * kTile + i % kTile] = static_cast<std::uint32_t>(k);
   const int nx = cell.nx, ny = cell.ny;
-  const std::size_t count = k + std::size_t{cell.nx} * cell.ny;
+  const std::size_t count = k + cell.points();
   tile.resize(count);
   tile.x.resize(count);
   tile.y.resize(count);
   // Of a cell where the surface ends, half.
   tile.area.resize(count, static_cast<float>(dx_ * dy_ / (nx * ny) / (cell.border ? 2 : 1)));
+  std::fill(tile.slack.begin() + static_cast<std::ptrdiff_t>(k), tile.slack.end(), cell.slack);
   if (cell.border) {
     for (const Vec2& at : ends_of(i, j)) {
       tile.x[k] = at.x();
@@ -310,8 +326,8 @@ double LeftOver::own_area(std::size_t k) const {
   int quarters = 0;
   for (const std::size_t a : {i - 1, i}) {
     for (const std::size_t b : {j - 1, j}) {
-      const bool divided = a < columns_ - 1 && b < rows_ - 1 &&
-                           cells_[b * columns_ + a].nx * cells_[b * columns_ + a].ny > 1;
+      const bool divided =
+          a < columns_ - 1 && b < rows_ - 1 && cells_[b * columns_ + a].points() > 1;
       quarters += divided ? 0 : 1;
     }
   }

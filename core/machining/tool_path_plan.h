@@ -55,7 +55,8 @@ struct PathReport {
   double least_interval = 0, greatest_interval = 0;
   std::size_t added_runs = 0;  // put in between passes, where they would leave too much
   std::size_t wall_runs = 0;   // along the feet of walls
-  // In plan, where what stays between passes could not be bounded and nothing looked at it.
+  // In plan, where what stays between passes could not be bounded and nothing looked at it, or at
+  // points too far apart.
   double unsettled_area = 0;
   std::size_t closing_runs = 0;  // over what was seen to stay too high between passes
   // Where the cutter fits and more than OUTTOL and the cusp height stays: the plan area and the

@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "core/machining/tool_path_plan.h"
 #include "core/machining/verify.h"
@@ -155,7 +157,8 @@ PathOptions path_options(PathMethod method, const Cutter& cutter, double cusp, d
   return options;
 }
 
-VerifyReport checked(const CompoundSurface& surface, const PathOptions& options, PathReport& told) {
+VerifyReport checked(const CompoundSurface& surface, const PathOptions& options, PathReport& told,
+                     std::optional<double> spacing = {}) {
   const PlannedPath planned = plan_path(surface, options).value();
   told = planned.report;
   const Result<CompoundSurface> wide = widened(surface, options.cutter.diameter / 2);
@@ -167,6 +170,7 @@ VerifyReport checked(const CompoundSurface& surface, const PathOptions& options,
   check.intol = options.intol;
   check.outtol = options.outtol;
   check.cusp = options.cusp;
+  check.spacing = spacing;
   check.threads = 2;
   return verify_path(surface, mesh.mesh, mesh.report.certified_deviation, planned.path, check)
       .value();
@@ -184,6 +188,10 @@ VerifyReport checked_part(const char* name, const std::array<double, 4>& domain,
   program.machining.x_range = {domain[0], domain[1]};
   program.machining.y_range = {domain[2], domain[3]};
   return checked(CompoundSurface::make(program).value(), options, told);
+}
+
+CompoundSurface surface_of(const std::string& text) {
+  return std::move(CompoundSurface::make(test::program_of(text)).value());
 }
 
 // A ball that leans on the mouth of a slot cuts what stands deep over the slot's floor.
@@ -206,6 +214,23 @@ TEST(LeftOver, FlatEndsLeaveNoRidgesOnSlopes) {
     EXPECT_EQ(found.uncut_area, 0) << found.max_excess << " at " << found.max_excess_at.transpose();
     EXPECT_EQ(told.left_area, 0);
   }
+}
+
+// They grow downhill up to where they end at once: the next of the look's points may lie a whole
+// distance before that.
+TEST(LeftOver, TheTopsOfAFlatEndsRidgesAreSeen) {
+  const CompoundSurface block = surface_of(
+      "SOLID-DEF\nS1,4-PRIS\n"
+      "P1,4,2,-1\nP2,16,2,-1\nP3,16,10,-1\nP4,4,10,-1\n"
+      "P5,7.3,2,4\nP6,12.7,2,4\nP7,12.7,10,4\nP8,7.3,10,4\n"
+      "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S1\n"
+      "MACHI-DEF\nX-RNG,0,20\nY-RNG,0,12\nTOLER,0.025\n");
+  PathOptions options = path_options(PathMethod::kDrop, {6, 0}, 0.025, 0.025);
+  options.angle = std::numbers::pi / 2;
+  PathReport told;
+  const VerifyReport found = checked(block, options, told, 0.01);
+  EXPECT_EQ(found.uncut_area, 0) << found.max_excess << " at " << found.max_excess_at.transpose();
+  EXPECT_EQ(told.left_area + told.unsettled_area, 0);
 }
 
 // Contacts of two passes tell nothing of the ground beside a concave edge that runs between them.
