@@ -1,4 +1,4 @@
-// Where lines of one layer pass over another: rims, the feet of their strips, and what is seen.
+// Where lines of one layer pass over another: rims, and what is seen.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <span>
@@ -12,8 +12,6 @@ namespace diesink {
 namespace {
 
 constexpr std::uint32_t kNone = ScanSheet::kNone;
-// Of the strips' width: how far the lower layer has to lie below a rim to need one.
-constexpr double kLeastStep = 0.5;
 
 }  // namespace
 
@@ -27,7 +25,7 @@ PlanBox LayerJoiner::box_of(std::initializer_list<std::uint32_t> vertices, doubl
   return box;
 }
 
-// Edges with faces on one side alone in plan, beyond which something lies lower.
+// Edges with faces on one side alone in plan, beyond which something lies that is not higher.
 void LayerJoiner::find_rims() {
   std::vector<std::array<std::uint32_t, 3>> flat;
   for (const auto& f : faces_) {
@@ -76,7 +74,7 @@ void LayerJoiner::find_rims() {
         const double wq = cross(m - p.head<2>(), (r - p).head<2>()) / whole;
         const double wr = cross((q - p).head<2>(), m - p.head<2>()) / whole;
         const double z = p.z() + wq * (q.z() - p.z()) + wr * (r.z() - p.z());
-        lower = lower || z < height_on(rim, m) - kLeastStep * lean_;
+        lower = lower || z < height_on(rim, m) + snap_;
       }
       if (lower) break;
     }
@@ -91,47 +89,6 @@ double LayerJoiner::height_on(const Rim& rim, const Vec2& p) const {
   return a.z() + s * (b.z() - a.z());
 }
 
-// One foot a rim's vertex, outside, on whatever lies there.
-void LayerJoiner::place_feet() {
-  std::unordered_map<std::uint32_t, Vec2> outward;
-  std::vector<std::uint32_t> order;
-  for (const Rim& rim : rims_) {
-    const Vec2 d = (plan(rim.b) - plan(rim.a)).normalized();
-    for (const std::uint32_t v : {rim.a, rim.b}) {
-      const auto [it, fresh] = outward.try_emplace(v, Vec2::Zero());
-      if (fresh) order.push_back(v);
-      it->second += Vec2(d.y(), -d.x());
-    }
-  }
-  std::unordered_map<std::uint32_t, std::uint32_t> foot;
-  for (const std::uint32_t v : order) {
-    at_wall_[v] = 1;
-    foot[v] = v;
-    const Vec2 d = outward[v];
-    if (!(d.norm() > 1e-6)) continue;
-    const Vec3 p = sheet_.points[v];
-    // Straight on, or aside where the scan ends there.
-    for (const double turned : {0.0, 0.6, -0.6, 1.2, -1.2, 1.5, -1.5}) {
-      const Vec2 u = d.normalized();
-      const Vec2 q =
-          p.head<2>() + lean_ * Vec2(std::cos(turned) * u.x() - std::sin(turned) * u.y(),
-                                     std::sin(turned) * u.x() + std::cos(turned) * u.y());
-      double z = 0;
-      if (!top(q, z)) continue;
-      if (std::fabs(z - p.z()) <= kLeastStep * lean_) break;
-      foot[v] = add_point({q.x(), q.y(), z});
-      at_wall_[foot[v]] = 1;
-      break;
-    }
-  }
-  for (Rim& rim : rims_) {
-    rim.foot_a = foot[rim.a];
-    rim.foot_b = foot[rim.b];
-    strip_boxes_.push_back(box_of({rim.a, rim.b, rim.foot_a, rim.foot_b}, 0));
-  }
-  strips_.emplace(strip_boxes_);
-}
-
 // What stays as it is, what may be seen in part, and what is hidden altogether: under something,
 // and no rim passes over it.
 void LayerJoiner::choose_faces(const std::vector<char>& marks) {
@@ -141,30 +98,28 @@ void LayerJoiner::choose_faces(const std::vector<char>& marks) {
     if ((marks[f] & ScannedSurface::Layers::kCrosses) != 0) part_[f] = Part::kJoined;
     if (faces_[f][0] == kNone) part_[f] = Part::kHidden;
   }
+  // Whatever a rim runs along or ends at has a wall there.
   std::vector<std::uint32_t> over;
   for (const Rim& rim : rims_) {
-    const std::uint32_t corner[4] = {rim.a, rim.foot_a, rim.foot_b, rim.b};
-    scan_.faces_over(box_of({rim.a, rim.b, rim.foot_a, rim.foot_b}, snap_), over);
+    scan_.faces_over(box_of({rim.a, rim.b}, snap_), over);
+    const Vec2 a = plan(rim.a), b = plan(rim.b), d = (b - a).normalized();
     for (const std::uint32_t f : over) {
       const auto& t = faces_[f];
       if (t[0] == kNone || part_[f] == Part::kJoined) continue;
-      // Apart where a side of the face, or of the strip, has all of the other beyond it.
+      // Apart where a side of the face has all of the rim beyond it, or the rim all of the face on
+      // one side.
       bool apart = false;
-      const double room = part_[f] == Part::kWhole ? snap_ : -snap_;
       for (std::size_t k = 0; k < 3 && !apart; ++k) {
         const Vec2 from = plan(t[k]), along = (plan(t[(k + 1) % 3]) - from).normalized();
-        apart = true;
-        for (const std::uint32_t c : corner) apart = apart && cross(along, plan(c) - from) <= room;
+        apart = cross(along, a - from) < -snap_ && cross(along, b - from) < -snap_;
       }
-      for (std::size_t k = 0; k < 4 && !apart; ++k) {
-        const Vec2 from = plan(corner[k]), along = plan(corner[(k + 1) % 4]) - from;
-        const double length = along.norm();
-        if (!(length > snap_)) continue;
-        apart = true;
-        for (const std::uint32_t v : t)
-          apart = apart && cross(along, plan(v) - from) <= room * length;
+      int left = 0, right = 0;
+      for (const std::uint32_t v : t) {
+        const double off = cross(d, plan(v) - a);
+        left += off > snap_;
+        right += off < -snap_;
       }
-      if (!apart) part_[f] = Part::kJoined;
+      if (!apart && left < 3 && right < 3) part_[f] = Part::kJoined;
     }
   }
 }
@@ -199,16 +154,6 @@ void LayerJoiner::add_lines(const std::vector<std::array<Vec3, 2>>& meets) {
     line.fixed = edges[k].whole;
     lines_.push_back(line);
   }
-  for (std::uint32_t r = 0; r < rims_.size(); ++r) {
-    const Rim& rim = rims_[r];
-    if (rim.foot_a == rim.a && rim.foot_b == rim.b) continue;
-    Line line;
-    line.a = rim.foot_a;
-    line.b = rim.foot_b;
-    line.foot = true;
-    line.rim = r;
-    lines_.push_back(line);
-  }
   for (const auto& [p, q] : meets) {
     Line line;
     line.a = add_point(p);
@@ -241,12 +186,10 @@ void LayerJoiner::cut_pair(std::uint32_t i, std::uint32_t j) {
     touch = true;
     if (!(s * length > snap_ && (1 - s) * length > snap_)) return;
     // Over or under the line's own point there: the topmost at one place counts in the end.
-    const double own = line.foot ? sheet_.points[end].z() : height_on({line.a, line.b}, plan(end));
+    const double own = height_on({line.a, line.b}, plan(end));
     std::uint32_t stop = end;
-    if (std::fabs(own - sheet_.points[end].z()) > snap_) {
+    if (std::fabs(own - sheet_.points[end].z()) > snap_)
       stop = add_point({plan(end).x(), plan(end).y(), own});
-      at_wall_[stop] = at_wall_[end];
-    }
     line.stops.emplace_back(s, stop);
   };
   touches(f, a, u, lu, g.a);
@@ -264,24 +207,12 @@ void LayerJoiner::cut_pair(std::uint32_t i, std::uint32_t j) {
   const double s = cross(c - a, v) / cross(u, v);
   const Vec2 p = a + s * u;
   const double t = v.dot(p - c) / (lv * lv);
-  double own = -HUGE_VAL;  // of what is no foot
-  for (const Line* line : {&f, &g}) {
-    if (line->foot) continue;
-    const double at = line == &f ? s : t;
-    const double za = sheet_.points[line->a].z(), zb = sheet_.points[line->b].z();
-    own = std::fmax(own, za + at * (zb - za));
-  }
-  // Under something higher neither is seen there, nor does it hide the other, and a foot runs on
-  // over it.
-  if (!(f.foot && g.foot) && scan_.is_above(p.x(), p.y(), own + snap_)) return;
+  const double own = std::fmax(height_on({f.a, f.b}, p), height_on({g.a, g.b}, p));
+  // Under something higher neither is seen there, nor does it hide the other.
+  if (scan_.is_above(p.x(), p.y(), own + snap_)) return;
   double z = own;
   if (double highest = 0; top(p, highest)) z = std::fmax(z, highest);
-  if (!(z > -HUGE_VAL)) return;
   const std::uint32_t made = add_point({p.x(), p.y(), z});
-  if (f.foot || g.foot) at_wall_[made] = 1;
-  for (const Line* line : {&f, &g}) {
-    if (!line->foot && at_wall_[line->a] && at_wall_[line->b]) at_wall_[made] = 1;
-  }
   f.stops.emplace_back(s, made);
   g.stops.emplace_back(t, made);
 }
@@ -302,38 +233,12 @@ void LayerJoiner::cut_lines() {
   }
 }
 
-bool LayerJoiner::in_strip(const Rim& rim, const Vec2& p, bool strictly) const {
-  const std::uint32_t corner[4] = {rim.a, rim.foot_a, rim.foot_b, rim.b};
-  if (rim.foot_a == rim.a && rim.foot_b == rim.b) return false;
-  for (std::size_t k = 0; k < 4; ++k) {
-    if (corner[k] == corner[(k + 1) % 4]) continue;
-    const Vec2 from = plan(corner[k]), along = plan(corner[(k + 1) % 4]) - from;
-    if (!(cross(along, p - from) >= (strictly ? snap_ : 0) * along.norm())) return false;
-  }
-  return true;
-}
-
-// Whether p, at the height z, lies where a strip of a higher rim stands.
-bool LayerJoiner::behind_strip(const Vec2& p, double z, std::uint32_t but) const {
-  bool behind = false;
-  strips_->over({p.x(), p.x(), p.y(), p.y()}, [&](std::uint32_t r) {
-    if (r == but || behind) return;
-    behind = in_strip(rims_[r], p, true) && height_on(rims_[r], p) > z + kLeastStep * lean_;
-  });
-  return behind;
-}
-
 // Of a line, from one point of it to another.
 bool LayerJoiner::is_seen(const Line& line, const Vec2& from, const Vec2& to) const {
   const Vec2 p = 0.5 * (from + to);
   double z = 0;
-  if (!top(p, z)) return false;
-  if (line.foot) {
-    const double rim = height_on(rims_[line.rim], p);
-    return z < rim - kLeastStep * lean_ && !behind_strip(p, z, line.rim);
-  }
-  const double own = height_on({line.a, line.b}, p);
-  return z <= own + snap_ && !behind_strip(p, own, kNone);
+  // (At the scan's border there may be nothing, by rounding.)
+  return !top(p, z) || z <= height_on({line.a, line.b}, p) + snap_;
 }
 
 void LayerJoiner::collect_pieces() {
@@ -352,10 +257,7 @@ void LayerJoiner::collect_pieces() {
     for (std::size_t k = 0; k <= line.stops.size(); ++k) {
       const std::uint32_t to = k == line.stops.size() ? line.b : line.stops[k].second;
       if (to == from) continue;
-      if (is_seen(line, plan(from), plan(to))) {
-        add(from, to);
-        if (line.foot) sheet_.moved = 2 * lean_;
-      }
+      if (is_seen(line, plan(from), plan(to))) add(from, to);
       from = to;
     }
   }

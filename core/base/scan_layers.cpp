@@ -1,5 +1,5 @@
 // Lines that may be seen are cut where they pass over one another, the pieces that are seen are
-// triangulated, and each triangle is a piece of what is seen at its middle, or of a strip.
+// triangulated, and each triangle is a piece of what is seen at its middle (layer_cells.h).
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/scan_layers.h"
 
@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::uint32_t kNone = ScanSheet::kNone;
 constexpr int kMostAttempts = 64;
-// Of the way from an edge of a piece to its middle: where it is looked at.
-constexpr double kBesideEdge = 1e-6;
 
 }  // namespace
 
@@ -46,10 +44,7 @@ void LayerJoiner::triangulate() {
     vertex.push_back(used[k]);
   }
   std::unordered_map<std::uint32_t, std::uint32_t> site;
-  for (std::size_t k = 0; k < used.size(); ++k) {
-    site[used[k]] = weld.of_vertex[k];
-    if (at_wall_[used[k]]) at_wall_[vertex[weld.of_vertex[k]]] = 1;
-  }
+  for (std::size_t k = 0; k < used.size(); ++k) site[used[k]] = weld.of_vertex[k];
   PlanBox box{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
   for (const Vec2& p : sites) {
     box = {std::fmin(box.x0, p.x()), std::fmax(box.x1, p.x()), std::fmin(box.y0, p.y()),
@@ -74,7 +69,7 @@ void LayerJoiner::triangulate() {
     segments.push_back({a, b});
     if (s < fixed_pieces_) fixed_segments = segments.size();
   }
-  bool all_lines = true;
+  std::vector<std::array<Vec2, 2>> lost;  // lines that gave way
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     // Only what lines still use.
     std::vector<std::uint32_t> number(sites.size(), kNone), of;
@@ -95,10 +90,12 @@ void LayerJoiner::triangulate() {
       for (std::uint32_t* q : {&w.point, &w.other_point}) *q = *q < of.size() ? of[*q] : kNone;
     }
     if (wrong.empty()) {
+      std::vector<std::array<std::uint32_t, 3>> cells;
       for (const auto& t : triangulation.triangles()) {
         const std::array<std::uint32_t, 3> v{vertex[of[t[0]]], vertex[of[t[1]]], vertex[of[t[2]]]};
-        if (v[0] != kNone && v[1] != kNone && v[2] != kNone) take_cell(v, all_lines);
+        if (v[0] != kNone && v[1] != kNone && v[2] != kNone) cells.push_back(v);
       }
+      LayerCells(scan_, faces_, part_, lean_, sheet_).take(cells, fixed, lost);
       return;
     }
     // Lines that still pass over one another, or over a point, by rounding: cut there, or else the
@@ -122,19 +119,40 @@ void LayerJoiner::triangulate() {
         const auto [c, d] = segments[other];
         const Vec2 u = sites[b] - sites[a], v = sites[d] - sites[c];
         const Vec2 p = sites[a] + cross(sites[c] - sites[a], v) / cross(u, v) * u;
+        // At an end that is as near to the other as nothing, or else at a point of its own.
+        const std::uint32_t ends[4] = {a, b, c, d};
+        std::size_t nearest = 0;
+        double least = HUGE_VAL;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const std::uint32_t from = k < 2 ? c : a, to = k < 2 ? d : b;
+          if (ends[k] == from || ends[k] == to) continue;
+          const Vec2 along = sites[to] - sites[from], q = sites[ends[k]] - sites[from];
+          const double part = std::clamp(along.dot(q) / along.squaredNorm(), 0.0, 1.0);
+          const double away = (q - part * along).norm();
+          if (away < least) {
+            least = away;
+            nearest = k;
+          }
+        }
         double z = 0;
-        const bool near_end = std::min({(p - sites[a]).norm(), (p - sites[b]).norm(),
-                                        (p - sites[c]).norm(), (p - sites[d]).norm()}) <= snap_;
-        if (!near_end && top(p, z) && cut.count(key(c, d)) == 0) {
+        if (cut.count(key(c, d)) != 0) {
+          continue;  // what is left of it may not cross any more
+        } else if (least <= snap_) {
+          if (nearest < 2) {
+            cut[key(c, d)] = ends[nearest];
+            continue;
+          }
+          at = ends[nearest];
+        } else {
+          if (!top(p, z)) z = sheet_.points[vertex[a]].z();  // at the border, by rounding
           at = static_cast<std::uint32_t>(sites.size());
           sites.push_back(p);
           vertex.push_back(add_point({p.x(), p.y(), z}));
-          if (at_wall_[vertex[a]] && at_wall_[vertex[b]]) at_wall_.back() = 1;
-          if (at_wall_[vertex[c]] && at_wall_[vertex[d]]) at_wall_.back() = 1;
           cut[key(c, d)] = at;
         }
       }
-      cut[key(a, b)] = at;
+      std::uint32_t& of_first = cut.try_emplace(key(a, b), kNone).first->second;
+      if (at != kNone) of_first = at;
     }
     if (cut.empty()) break;
     std::vector<PlanarTriangulation::Segment> rest;
@@ -143,7 +161,7 @@ void LayerJoiner::triangulate() {
       if (it == cut.end()) {
         rest.push_back(s);
       } else if (it->second == kNone) {
-        all_lines = false;
+        lost.push_back({sites[s[0]], sites[s[1]]});
       } else {
         for (const auto& [from, to] : {std::pair{s[0], it->second}, std::pair{it->second, s[1]}}) {
           if (known.try_emplace(pair_key(from, to), 0).second) rest.push_back({from, to});
@@ -161,43 +179,9 @@ void LayerJoiner::triangulate() {
   }
 }
 
-void LayerJoiner::take_cell(const std::array<std::uint32_t, 3>& v, bool all_lines) {
-  const Vec3 &a = sheet_.points[v[0]], &b = sheet_.points[v[1]], &c = sheet_.points[v[2]];
-  const Vec3 m = (a + b + c) / 3;
-  const Vec2 p = m.head<2>();
-  BaseHit hit;
-  if (!scan_.at(p.x(), p.y(), hit)) return;
-  const double area = 0.5 * cross((b - a).head<2>(), (c - a).head<2>());
-  if (behind_strip(p, hit.z, kNone)) {
-    sheet_.triangles.push_back(v);
-    // As thin as the strip, between its rim and its foot.
-    const double longest = std::fmax((b - a).head<2>().norm(),
-                                     std::fmax((c - b).head<2>().norm(), (a - c).head<2>().norm()));
-    const bool walls = at_wall_[v[0]] && at_wall_[v[1]] && at_wall_[v[2]];
-    if (!walls || !(2 * area <= 1.5 * lean_ * longest)) sheet_.unproven_area += area;
-    return;
-  }
-  if (part_[hit.face] != Part::kJoined) return;
-  sheet_.triangles.push_back(v);
-  const auto off = [&](const Vec3& q) {
-    return std::fabs(hit.z + hit.zx * (q.x() - m.x()) + hit.zy * (q.y() - m.y()) - q.z());
-  };
-  bool proven = off(a) <= lean_ && off(b) <= lean_ && off(c) <= lean_;
-  // Without some of the lines it may be more than one piece. (Looked at beside its edges: on one at
-  // the border of the scan the scan is there or not by rounding.)
-  for (const Vec3& edge : {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {
-    const Vec3 q = edge + kBesideEdge * (m - edge);
-    double z = 0;
-    if (!all_lines) proven = proven && top(q.head<2>(), z) && std::fabs(z - q.z()) <= lean_;
-  }
-  if (!proven) sheet_.unproven_area += area;
-}
-
 void LayerJoiner::run(int threads) {
   const ScannedSurface::Layers layers = scan_.layers(threads);
-  at_wall_.assign(sheet_.points.size(), 0);
   find_rims();
-  place_feet();
   choose_faces(layers.marks);
   bool joined = false;
   for (std::size_t f = 0; f < faces_.size(); ++f) {

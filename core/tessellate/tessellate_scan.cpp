@@ -50,7 +50,7 @@ struct Way {
   int variant;    // of the arrangement's cells
   double before;  // of the tolerance: what the sheet is thinned by first
 };
-constexpr Way kWays[] = {{0.1, 0, 0}, {0.15, 1, 0}, {0.05, 2, 0}, {0.1, 0, 0.3}, {0.02, 3, 0.45}};
+constexpr Way kWays[] = {{0.15, 0, 0}, {0.1, 1, 0}, {0.05, 2, 0}, {0.1, 0, 0.3}, {0.02, 3, 0.45}};
 // What the wall under a rim looks like is the same in all tiles.
 constexpr Way kTileWays[] = {{0.1, 0, 0}, {0.1, 1, 0}, {0.1, 2, 0}, {0.1, 0, 0.3}, {0.1, 3, 0.45}};
 // Of the plan, and of what the sheet itself leaves unproven, which no other way does much better:

@@ -1,0 +1,161 @@
+// What is seen of scans that lie over themselves: all of it, nowhere twice, as points find it.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "core/base/scan_sheet.h"
+#include "tests/support/scans.h"
+
+namespace diesink::test {
+namespace {
+
+// A closed prism of n sides that leans by `lean` of its height: straight walls where that is 0.
+void add_prism(TriangleMesh& mesh, const Vec3& centre, std::uint32_t n, double radius,
+               double height, double turned, const Vec2& lean) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const double level : {-0.5, 0.5}) {
+    for (std::uint32_t k = 0; k < n; ++k) {
+      const double a = turned + 2 * std::numbers::pi * k / n;
+      mesh.positions.emplace_back(centre.x() + radius * std::cos(a) + level * height * lean.x(),
+                                  centre.y() + radius * std::sin(a) + level * height * lean.y(),
+                                  centre.z() + level * height);
+    }
+  }
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t a = first + k, b = first + (k + 1) % n, c = a + n, d = b + n;
+    mesh.triangles.push_back({a, b, d});
+    mesh.triangles.push_back({a, d, c});
+    if (k == 0 || k + 1 == n) continue;
+    mesh.triangles.push_back({first, b, a});
+    mesh.triangles.push_back({first + n, c, d});
+  }
+}
+
+double area_of(const ScanSheet& sheet, double& down) {
+  double area = 0;
+  for (const auto& t : sheet.triangles) {
+    const Vec3 u = sheet.points[t[1]] - sheet.points[t[0]],
+               v = sheet.points[t[2]] - sheet.points[t[0]];
+    const double twice = u.x() * v.y() - u.y() * v.x();
+    down += std::fmax(-twice, 0.0);
+    area += 0.5 * twice;
+  }
+  return area;
+}
+
+// The sheet against the scan at random points: the same height, or where something stands within
+// `moved` of it a height between those about.
+void expect_seen(const TriangleMesh& mesh, double lean, std::uint32_t seed) {
+  const ScannedSurface scan = scan_of(mesh);
+  const PlanBox box = scan.plan_box();
+  const ScanSheet sheet = top_sheet(scan, box, lean, 1);
+  EXPECT_EQ(sheet.unproven_area, 0);
+  EXPECT_LE(sheet.moved, 2 * lean);
+  double down = 0;
+  const double area = area_of(sheet, down);
+  EXPECT_LE(down, 1e-9);
+  TriangleMesh seen;
+  seen.positions = sheet.points;
+  seen.triangles = sheet.triangles;
+  const ScannedSurface top = scan_of(seen);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> x(box.x0, box.x1), y(box.y0, box.y1);
+  constexpr int kPoints = 20'000;
+  int covered = 0, there = 0;
+  for (int k = 0; k < kPoints; ++k) {
+    const double px = x(random), py = y(random);
+    BaseHit of_scan, of_sheet;
+    const bool in_scan = scan.at(px, py, of_scan), in_sheet = top.at(px, py, of_sheet);
+    covered += in_scan;
+    there += in_sheet;
+    if (in_scan && in_sheet && std::fabs(of_scan.z - of_sheet.z) <= 1e-6 * lean) continue;
+    // The lowest and the highest about.
+    double low = in_scan ? of_scan.z : HUGE_VAL, high = in_scan ? of_scan.z : -HUGE_VAL;
+    bool open = !in_scan;
+    for (int a = 0; a < 32; ++a) {
+      for (const double r : {0.25, 0.5, 1.0}) {
+        const double w = 2 * std::numbers::pi * a / 32, d = 1.01 * r * sheet.moved;
+        BaseHit h;
+        if (scan.at(px + d * std::cos(w), py + d * std::sin(w), h)) {
+          low = std::fmin(low, h.z);
+          high = std::fmax(high, h.z);
+        } else {
+          open = true;
+        }
+      }
+    }
+    const bool between =
+        in_sheet ? of_sheet.z >= low - 4 * lean && of_sheet.z <= high + 4 * lean : open;
+    EXPECT_TRUE(between) << px << ' ' << py << ": " << of_sheet.z << ", not in " << low << " .. "
+                         << high;
+    if (!between) return;
+  }
+  // Nothing is twice there: the triangles have the area that points find.
+  const double whole = (box.x1 - box.x0) * (box.y1 - box.y0);
+  EXPECT_NEAR(area / whole, static_cast<double>(there) / kPoints, 0.02);
+  EXPECT_NEAR(covered, there, 0.01 * kPoints);
+}
+
+TEST(ScanLayers, PrismsThroughAndOverOneAnother) {
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> part(0, 1);
+    TriangleMesh mesh;
+    for (int k = 0; k < 24; ++k) {
+      const bool leans = part(random) < 0.4;
+      const Vec2 lean = leans ? Vec2(2 * part(random) - 1, 2 * part(random) - 1) : Vec2(0, 0);
+      add_prism(mesh, {60 * part(random), 40 * part(random), 20 * part(random)},
+                3 + static_cast<std::uint32_t>(6 * part(random)), 3 + 9 * part(random),
+                2 + 10 * part(random), 6 * part(random), lean);
+    }
+    expect_seen(mesh, 0.002, seed);
+  }
+}
+
+// Walls that stand in line, in corners and on one another's edges, over a grid of whole numbers.
+TEST(ScanLayers, BlocksOnTheLinesOfAGrid) {
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::uniform_int_distribution<int> at(0, 12), high(1, 4);
+    TriangleMesh mesh;
+    const double half = std::sqrt(0.5);
+    for (int k = 0; k < 30; ++k) {
+      add_prism(mesh, {5.0 * at(random), 5.0 * at(random), 2.0 * high(random)}, 4,
+                half * 5 * high(random), 2.0 * high(random), std::numbers::pi / 4, {0, 0});
+    }
+    expect_seen(mesh, 0.002, seed);
+  }
+}
+
+// Three heights at one vertex: between the two lower ones the step is as high as they are apart,
+// not as high as the vertex.
+TEST(ScanLayers, AStepThatEndsUnderATower) {
+  TriangleMesh mesh;
+  add_prism(mesh, {-5, 0, -1}, 4, std::sqrt(50), 2, std::numbers::pi / 4, {0, 0});
+  add_prism(mesh, {5, 0, -1.5}, 4, std::sqrt(50), 1, std::numbers::pi / 4, {0, 0});
+  add_prism(mesh, {0, 4, 10}, 4, std::sqrt(2), 40, std::numbers::pi / 4, {0, 0});
+  expect_seen(mesh, 0.01, 1);
+  const ScannedSurface scan = scan_of(mesh);
+  const ScanSheet sheet = top_sheet(scan, scan.plan_box(), 0.01, 1);
+  TriangleMesh seen;
+  seen.positions = sheet.points;
+  seen.triangles = sheet.triangles;
+  const ScannedSurface top = scan_of(seen);
+  for (double y = -4.9; y < 2.9; y += 0.1) {
+    for (double x = -0.011; x < 0.0115; x += 0.001) {
+      BaseHit hit;
+      ASSERT_TRUE(top.at(x, y, hit));
+      EXPECT_LE(hit.z, 1e-9) << x << ' ' << y;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace diesink::test
