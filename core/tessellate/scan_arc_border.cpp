@@ -137,7 +137,8 @@ void ArcCutter::follow_border(std::uint32_t a, std::uint32_t b, const PlanCurve&
       emit(b, curve, t.empty() ? kNone : t[0]);
     } else if (base_ == kNoLabel) {
       emit(b, curve, kNone);
-      out_.unsolved_length += straight;
+      // (What parts nothing from nothing is in no way off.)
+      if (left_ != kNoLabel || right_ != kNoLabel) out_.unsolved_length += straight;
     } else {
       trace_steps_ = 0;
       trace(a, b, curve, 0);

@@ -43,9 +43,7 @@ class ArcCutter {
     solve_border_corners();
     drop_specks();
     for (PlanArc& arc : arrangement_.arcs) {
-      // (Nothing lies beside what parts nothing from nothing.)
-      const bool parts = arc.left != kNoLabel || (!arc.border && arc.right != kNoLabel);
-      if (parts && (base_label(arc) != kNoLabel || has_outline(arc))) cut(arc);
+      if (base_label(arc) != kNoLabel || has_outline(arc)) cut(arc);
     }
     join_at_vertices();
     part_at_shared_nodes();
