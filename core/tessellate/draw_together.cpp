@@ -443,7 +443,17 @@ bool Tidier::remove_sliver_at(std::uint32_t corner, std::size_t& k) {
       }
       return least;
     };
-    if (rank(a) >= rank(b)) {
+    // Where the one that stays is outside the other, the face it gets may end a hair before it: no
+    // chord along it would have a bound.
+    const auto reaches = [&](const Path& p, Label label) {
+      return label == kNoLabel ||
+             std::all_of(p.between.begin(), p.between.end(), [&](std::uint32_t n) {
+               double z = 0;
+               return solver_.height(label, graph_.nodes[n].x, graph_.nodes[n].y, z);
+             });
+    };
+    const bool a_reaches = reaches(a, beyond_b), b_reaches = reaches(b, beyond_a);
+    if (a_reaches == b_reaches ? rank(a) >= rank(b) : a_reaches) {
       relabel(corner, a, b, true, beyond_b);
       drop(corner, b);
     } else {

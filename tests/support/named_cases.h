@@ -205,6 +205,12 @@ inline std::vector<NamedCase> named_cases() {
        on_plane(cylinder("A", "10,20,1", "30,20,4", "5") + sphere("S", "10,20,1", "5") +
                     sphere("T", "30,20,4", "5"),
                 "+A+S+T")},
+      // Drawn with six decimals: the wall leaves the bar's silhouette by a few 1e-8 at one end.
+      {"BarAndBlockOfSixDecimals",
+       on_plane("A,R-CYLI,1\nP1,10,5,0\nP2,34.748737,29.748737,0\nRAD,1.25\n"
+                "K,4-PRIS,2\nP1,10.883883,4.116117,-10\nP2,35.632621,28.864854,-10\n"
+                "P3,33.864854,30.632621,-10\nP4,9.116117,5.883883,-10\nHEI,10\n",
+                "+A+K")},
       {"DiscCutByABarAsWide", on_plane(cylinder("A", "20,20,-1", "20,20,10", "8") +
                                            cylinder("C", "5,14,10", "35,26,10", "8"),
                                        "+A-C")},
