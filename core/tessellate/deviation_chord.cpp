@@ -10,6 +10,7 @@
 
 #include "core/tessellate/deviation.h"
 #include "core/tessellate/pencil_plane.h"
+#include "core/tessellate/section_chord.h"
 
 namespace diesink {
 namespace {
@@ -145,6 +146,8 @@ double deviation_of(const CurvePair& curve, const Vec3& a, const Vec3& b) {
 double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
   const double deviation = deviation_of(curve, a, b);
   if (deviation < kInf) return deviation;
+  const double section = section_chord_deviation(curve, a, b);
+  if (section < kInf) return section;
   // Near where two quadrics touch, the plane that a branch of their curve lies in still tells it.
   const std::optional<Implicit> plane = pencil_plane(curve.f, curve.g, a, b);
   if (!plane) return deviation;

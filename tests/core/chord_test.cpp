@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/tessellate/deviation.h"
+#include "core/tessellate/section_chord.h"
 #include "tests/support/face_points.h"
 
 namespace diesink::test {
@@ -145,6 +146,72 @@ TEST(ChordDeviation, RimOfACylinderFarFromTheOrigin) {
     EXPECT_GE(bound, sag);
     EXPECT_LE(bound, (1 + turn * turn) * sag + 2e-8);
   }
+}
+
+// Plane sections of convex bodies: never less than the farthest point of the arc, and not much
+// more; a plane that cuts next to nothing off a long cylinder gives an ellipse with sharp ends.
+TEST(SectionChord, BoundsTheArcHoweverSharp) {
+  Random random(9);
+  int measured = 0;
+  double loosest = 0;
+  for (int k = 0; k < 4000; ++k) {
+    // The cylinder of radius R about z, and a plane at a distance from its axis of all but R whose
+    // normal leans by a hair: an ellipse of half axes a across and a long b along.
+    const double R = 2.5, depth = std::pow(10, random.uniform(-9, -0.5)),
+                 lean = std::pow(10, random.uniform(-4, -0.3));
+    CurvePair curve;
+    curve.f.kind = Implicit::Kind::kQuadric;
+    curve.f.k = Vec3(1 / (R * R), 1 / (R * R), 0);
+    curve.f.m = -1;
+    curve.g.n = Vec3(std::cos(lean), 0, std::sin(lean));
+    curve.g.c = Vec3(R - depth, 0, 0);
+    // x = R cos t, y = R sin t, z from the plane: its tip is where x = R.
+    const auto at = [&](double t) {
+      const double x = R * std::cos(t);
+      return Vec3(x, R * std::sin(t), (R - depth - x) / std::tan(lean));
+    };
+    const double half = std::sqrt(2 * depth / R);
+    const double t0 = half * random.uniform(-2, 2),
+                 t1 = t0 + half * std::pow(10, random.uniform(-3, 0.3));
+    const Vec3 a = at(t0), b = at(t1);
+    const double bound = section_chord_deviation(curve, a, b);
+    if (!(bound < 1e300)) continue;
+    const Vec3 e = (b - a).normalized();
+    double most = 0, past = 0;
+    for (int i = 0; i <= 200; ++i) {
+      const Vec3 r = at(t0 + (t1 - t0) * i / 200) - a;
+      most = std::fmax(most, (r - e * e.dot(r)).norm());
+      past = std::fmax(past, std::fmax(-e.dot(r), e.dot(r) - (b - a).norm()));
+    }
+    ASSERT_LE(past, 1e-12);
+    ASSERT_GE(bound, most);
+    ++measured;
+    if (most > 0.02 * (b - a).norm()) loosest = std::fmax(loosest, bound / most);
+  }
+  std::printf("%d arcs, bound at most %.2f times the sag\n", measured, loosest);
+  EXPECT_GT(measured, 1500);
+  EXPECT_LT(loosest, 3);
+}
+
+TEST(SectionChord, IsSilentWhereTheArcTurnsBackOrIsNone) {
+  const CurvePair disc = [] {
+    CurvePair curve;
+    curve.f.kind = Implicit::Kind::kQuadric;
+    curve.f.k = Vec3(1, 1, 1);
+    curve.f.m = -1;
+    curve.g.n = Vec3(0, 0, 1);
+    return curve;
+  }();
+  const auto at = [](double t) { return Vec3(std::cos(t), std::sin(t), 0); };
+  EXPECT_LT(section_chord_deviation(disc, at(0), at(1.5)), 1);
+  EXPECT_GT(section_chord_deviation(disc, at(0), at(3.2)), 0.95);  // the short way round
+  EXPECT_EQ(section_chord_deviation(disc, at(0), Vec3(0.5, 0.5, 0)), HUGE_VAL);  // not on it
+  CurvePair strip = disc;  // two lines side by side
+  strip.f.k = Vec3(1, 0, 0);
+  EXPECT_EQ(section_chord_deviation(strip, Vec3(-1, 0, 0), Vec3(1, 1, 0)), HUGE_VAL);
+  CurvePair cone = disc;
+  cone.f.k = Vec3(1, 1, -1);
+  EXPECT_EQ(section_chord_deviation(cone, at(0), at(1)), HUGE_VAL);
 }
 
 TEST(ChordDeviation, RulingsAreStraightDownToTheApex) {

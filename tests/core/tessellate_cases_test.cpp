@@ -224,7 +224,10 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
     EXPECT_NEAR(near->report.area, far->report.area, 1e-3 * near->report.area) << name;
     EXPECT_LE(far->report.certified_deviation, given.tolerance) << name;
     // Of a rim there less than a square decimetre of a hundred square metres.
-    const double told_most = name == "TenMetres" ? 100 : 0;
+    // A thousand kilometres away a tie is wider than what parts that wall from that silhouette.
+    const double told_most = name == "TenMetres"                  ? 100
+                             : name == "BarAndBlockOfSixDecimals" ? 1e-6
+                                                                  : 0;
     EXPECT_LE(near->report.uncertified_area, told_most) << name;
     EXPECT_LE(far->report.uncertified_area, told_most) << name;
     EXPECT_EQ(
