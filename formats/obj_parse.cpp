@@ -232,7 +232,7 @@ class SectionParser {
     return true;
   }
 
-  // A face or a line names this vertex, numbered from 0.
+  // A face names this vertex, numbered from 0. (A line may name any.)
   void see_vertex(std::uint32_t vertex) {
     section_.ahead =
         std::max(section_.ahead,

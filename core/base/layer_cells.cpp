@@ -202,8 +202,9 @@ std::uint32_t LayerCells::move(std::uint32_t v, const Group& group) {
     }
     return std::sqrt(1 + steepest * steepest);
   };
-  // Not farther than `lean`; half of that where it has moved before.
-  const double lean = (shift_[v] > 0 ? 0.5 : 1) * lean_;
+  // Not farther than `lean`; half of that where it has moved before, and in all, however many
+  // heights there are, not beyond twice that.
+  const double lean = shift_[v] > 0 ? 0.5 * std::fmin(lean_, 2 * lean_ - shift_[v]) : lean_;
   Vec2 best = Vec2::Zero();
   double width = 0;
   const auto look = [&](const Vec2& d, double longest) {

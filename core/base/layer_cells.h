@@ -17,7 +17,8 @@ namespace diesink {
 // Each cell is a piece of the face that is topmost at its middle. Where the cells round a vertex
 // have other heights there, the vertex is split: it stays with the highest of them, and what lies
 // lower between two of those gets a vertex of its own, moved in by not more than `lean`, at the
-// height that is next; and so on with that one. What opens between the two is a strip, the wall.
+// height that is next; and so on with that one, by less and less: none ends up farther than twice
+// `lean` from where it was. What opens between the two is a strip, the wall.
 // Vertices are split one after another, by less than half of the way to the opposite side of each
 // triangle that goes along: none ever turns over, however narrow.
 class LayerCells {

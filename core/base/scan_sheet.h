@@ -25,7 +25,9 @@ struct ScanSheet {
 
   // Plan area over which the sheet is not the scan's top layer to the last digit.
   double unproven_area = 0;
-  double moved = 0;  // in plan, at most: what stands for upright walls leans by that
+  // At most: by that what stands for upright walls leans in plan, and pieces beside them are off
+  // their faces.
+  double moved = 0;
 
   void make_twins();
   [[nodiscard]] std::uint32_t from(std::uint32_t h) const { return triangles[h / 3][h % 3]; }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace diesink {
 
@@ -45,10 +46,11 @@ inline double largest_between(const EdgeForms& q, const VertexValues& p) {
                     n[1] * (n[2] - above[1]);
   const double sum = l0 + l1 + l2;
   if (l0 * sum > 0 && l1 * sum > 0 && l2 * sum > 0) {
-    const double determinant = above[0] * (above[1] * above[2] - n[0] * n[0]) +
-                               n[2] * (n[1] * n[0] - n[2] * above[2]) +
-                               n[1] * (n[2] * n[0] - n[1] * above[1]);
-    most = std::fmax(most, determinant / sum);
+    // The value at that place hardly minds where exactly it is; as the matrix's determinant over
+    // the sum it would lose digits on slivers.
+    const double a = l0 / sum, b = l1 / sum, c = l2 / sum;
+    most = std::fmax(most, b * c * q[0] + c * a * q[1] + a * b * q[2] + a * above[0] +
+                               b * above[1] + c * above[2]);
   }
   return lowest + most;
 }

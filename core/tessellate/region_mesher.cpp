@@ -213,7 +213,8 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
       const double full = kSpacing * chart_.spacing(p, (1 + kStandOff) * options_.tolerance);
       const double ratio = std::fmin(1, kRoomy * nearest / full);
       const double off = chart_.stand_off(kStandOff * ratio * ratio, options_.tolerance, p);
-      most_off_ = std::fmax(most_off_, off);
+      // (By the bound: `off` is the way to the plane that touches the face there.)
+      if (off > 0) most_off_ = std::fmax(most_off_, deviation_(mesh_.label, p, p, p));
       room += off;
     }
     mesh_.arc_point.push_back(ArcSamples::kNone);

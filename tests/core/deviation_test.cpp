@@ -109,6 +109,21 @@ TEST(LargestBetween, IsTheLargestOfALattice) {
   EXPECT_GT(inside, 200);
 }
 
+// Values at the vertices that put the largest at a place of choice, inside narrow triangles.
+TEST(LargestBetween, KeepsItsDigitsOnSlivers) {
+  Random random(6);
+  for (int k = 0; k < 20000; ++k) {
+    const double width = std::pow(10, -0.1 * (k % 50)), x = random.uniform(0, 1);
+    const EdgeForms q{(1 - x) * (1 - x) + width * width, x * x + width * width, 1};
+    double a = random.uniform(0.05, 1), b = random.uniform(0.05, 1), c = random.uniform(0.05, 1);
+    const double sum = a + b + c;
+    a /= sum, b /= sum, c /= sum;
+    const VertexValues p{-b * q[2] - c * q[1], -a * q[2] - c * q[0], -a * q[1] - b * q[0]};
+    const double truth = -(b * c * q[0] + c * a * q[1] + a * b * q[2]);
+    ASSERT_NEAR(largest_between(q, p), truth, 1e-12) << width;  // rounding, of forms up to 1
+  }
+}
+
 TEST(TriangleDeviation, BoundsWhatSamplingFindsAndHardlyMore) {
   Random random(11);
   int measured = 0, measured_base = 0;

@@ -157,5 +157,32 @@ TEST(ScanLayers, AStepThatEndsUnderATower) {
   }
 }
 
+// Winding stairs: of many heights at one vertex each step down moves it on, never beyond twice the
+// strips' width.
+TEST(ScanLayers, WindingStairsAroundOneVertex) {
+  for (const int steps : {4, 6, 9}) {
+    SCOPED_TRACE(steps);
+    TriangleMesh mesh;
+    for (int k = 0; k < steps; ++k) {
+      const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+      for (const double z : {-1.0, 2.0 * (steps - k)}) {
+        mesh.positions.emplace_back(0, 0, z);
+        for (const int end : {k, k + 1}) {
+          const double a = 2 * std::numbers::pi * (end % steps) / steps;
+          mesh.positions.emplace_back(10 * std::cos(a), 10 * std::sin(a), z);
+        }
+      }
+      mesh.triangles.push_back({first, first + 2, first + 1});
+      mesh.triangles.push_back({first + 3, first + 4, first + 5});
+      for (std::uint32_t a = 0; a < 3; ++a) {
+        const std::uint32_t b = (a + 1) % 3;
+        mesh.triangles.push_back({first + a, first + b, first + b + 3});
+        mesh.triangles.push_back({first + a, first + b + 3, first + a + 3});
+      }
+    }
+    expect_seen(mesh, 0.01, 1);
+  }
+}
+
 }  // namespace
 }  // namespace diesink::test

@@ -149,7 +149,8 @@ TEST(FloatRows, OneNumberOutOfOrderIsSeenWhereverItStands) {
       numbers[i] = 4294967295u - static_cast<std::uint32_t>((count - i) / 3);
     }
     EXPECT_TRUE(is_ascending(numbers)) << count;
-    for (std::size_t at = 1; at<count; at += count> 100 ? 7 : 1) {
+    const std::size_t step = count > 100 ? 7 : 1;
+    for (std::size_t at = 1; at < count; at += step) {
       const std::uint32_t was = std::exchange(numbers[at], numbers[at - 1] - 1);
       EXPECT_FALSE(is_ascending(numbers)) << at << " of " << count;
       numbers[at] = was;
