@@ -13,9 +13,8 @@ namespace diesink {
 // a plane cuts off next to nothing of a long cylinder, that bound holds.
 // Units:  mm.
 // Needs:  a and b on both to rounding; what is left there is counted.
-// Errors: infinity where the two are not such a pair, or the piece turns a quarter and more from
-// its
-//         chord at an end.
+// Errors: infinity where the two are not such a pair, or where the piece turns a quarter and more
+//         from its chord at an end.
 // Source: supporting lines of convex sets.
 double section_chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b);
 
