@@ -473,7 +473,10 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     for (const PlanFunction& f : body.rims) rims.push(f);
   }
   steps.resize(kept);
-  if (crowded) return;
+  if (crowded) {
+    verdict.candidates.full = true;
+    return;
+  }
   verdict.candidates = state.faces;
   verdict.hole = state.hole;
   FunctionList& fs = verdict.functions;

@@ -355,11 +355,17 @@ std::vector<Vec2> Tidier::points_of(std::uint32_t start, const Path& path) {
 bool Tidier::is_thin(std::uint32_t start, const Path& a, const Path& b) {
   const std::vector<Vec2> one = points_of(start, a), two = points_of(start, b);
   const auto is_along = [&](const std::vector<Vec2>& points, const std::vector<Vec2>& chain) {
+    // Both run the same way: the stretch that holds a point is hardly ever far from the last one's.
+    std::size_t last = 0;
+    const std::size_t stretches = chain.size() - 1;
     return std::all_of(points.begin(), points.end(), [&](const Vec2& r) {
-      for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+      for (std::size_t tried = 0; tried < stretches; ++tried) {
+        const std::size_t k = (last + tried) % stretches;
         const Vec2 d = chain[k + 1] - chain[k], e = r - chain[k];
         const double s = std::clamp(d.dot(e) / std::fmax(d.squaredNorm(), 1e-300), 0.0, 1.0);
-        if ((e - s * d).norm() <= near_) return true;
+        if ((e - s * d).norm() > near_) continue;
+        last = k;
+        return true;
       }
       return false;
     });

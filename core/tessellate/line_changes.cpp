@@ -37,7 +37,8 @@ void ChangeSearch::search(const Sample& p, const Sample& q, const std::vector<st
   classify(surface_, vertices_, box, here, limits_.flat, verdict);
   if (verdict.kind == CellKind::kPlain && p.state.label == q.state.label) return;
   const bool along_y = box.hy > box.hx;
-  bool regular = !verdict.functions.full;
+  // Lists that overflowed tell nothing of what is in them.
+  bool regular = !verdict.functions.full && !verdict.candidates.full;
   for (const PlanFunction& f : verdict.functions)
     regular = regular && (along_y ? f.regular_y() : f.regular_x());
   const bool single = regular && verdict.functions.count <= 1;

@@ -57,9 +57,14 @@ class CutFinder {
   [[nodiscard]] PlanBox box_of(int axis, double at, double half, double a, double b) const {
     return axis == 0 ? PlanBox{at - half, at + half, a, b} : PlanBox{a, b, at - half, at + half};
   }
-  [[nodiscard]] bool is_clear(int axis, double at, double half,
-                              const std::vector<double>& across) const;
-  [[nodiscard]] bool is_clear(int axis, double at, double half, double a, double b,
+  // A strip about a cut, and whether curves may cross it in bundles.
+  struct Strip {
+    int axis = 0;
+    double at = 0, half = 0;
+    bool bundles = false;
+  };
+  [[nodiscard]] bool is_clear(const Strip& strip, const std::vector<double>& across) const;
+  [[nodiscard]] bool is_clear(const Strip& strip, double a, double b,
                               const std::vector<std::uint32_t>& steps) const;
 
   const Impl& surface_;
@@ -71,25 +76,32 @@ class CutFinder {
 };
 
 // Whether each part of the strip shows one face, or one curve that runs across.
-bool CutFinder::is_clear(int axis, double at, double half, double a, double b,
+bool CutFinder::is_clear(const Strip& strip, double a, double b,
                          const std::vector<std::uint32_t>& steps) const {
   std::vector<std::uint32_t> here = steps;
   CellVerdict verdict;
-  classify(surface_, vertices_, CellBox::of(box_of(axis, at, half, a, b)), here, flat_, verdict);
+  const CellBox box = CellBox::of(box_of(strip.axis, strip.at, strip.half, a, b));
+  classify(surface_, vertices_, box, here, flat_, verdict);
   if (verdict.kind == CellKind::kPlain) return true;
-  if (verdict.kind == CellKind::kArc && verdict.functions.count == 1) {
-    const PlanFunction& f = verdict.functions[0];
-    const Range &along = axis == 0 ? f.gy : f.gx, &off = axis == 0 ? f.gx : f.gy;
+  const auto runs_across = [&](const PlanFunction& f) {
+    const Range &along = strip.axis == 0 ? f.gy : f.gx, &off = strip.axis == 0 ? f.gx : f.gy;
     const double least = along.lo > 0 ? along.lo : along.hi < 0 ? -along.hi : 0;
-    if (std::fmax(std::fabs(off.lo), std::fabs(off.hi)) <= kSteepest * least) return true;
+    return std::fmax(std::fabs(off.lo), std::fabs(off.hi)) <= kSteepest * least;
+  };
+  if (verdict.kind == CellKind::kArc && verdict.functions.count == 1 &&
+      runs_across(verdict.functions[0])) {
+    return true;
   }
-  if (b - a <= 4 * half) return false;
+  if (b - a <= 4 * strip.half) {
+    return strip.bundles && verdict.functions.count > 0 && !verdict.functions.full &&
+           std::all_of(verdict.functions.begin(), verdict.functions.end(), runs_across);
+  }
   const double middle = a + 0.5069 * (b - a);
-  return is_clear(axis, at, half, a, middle, here) && is_clear(axis, at, half, middle, b, here);
+  return is_clear(strip, a, middle, here) && is_clear(strip, middle, b, here);
 }
 
-bool CutFinder::is_clear(int axis, double at, double half,
-                         const std::vector<double>& across) const {
+bool CutFinder::is_clear(const Strip& strip, const std::vector<double>& across) const {
+  const auto [axis, at, half, bundles] = strip;
   // Vertices of a scan are points on a cut or well off it.
   const std::vector<double>& all = vertices_of_scan_[static_cast<std::size_t>(axis)];
   const double near = 1e-9 * surface_.size;
@@ -112,21 +124,25 @@ bool CutFinder::is_clear(int axis, double at, double half,
   const double from = (axis == 0 ? domain_.y0 : domain_.x0) + inset;
   const double to = (axis == 0 ? domain_.y1 : domain_.x1) - inset;
   surface_.index.over(box_of(axis, at, half, from, to), steps);
-  return is_clear(axis, at, half, from, to, steps);
+  return is_clear(strip, from, to, steps);
 }
 
 double CutFinder::find(int axis, int k, int n, const std::vector<double>& across) const {
   const double a = axis == 0 ? domain_.x0 : domain_.y0, b = axis == 0 ? domain_.x1 : domain_.y1;
   const double even = a + (b - a) * k / n, width = (b - a) / n;
   const double most = width / 64;  // clearance: tiles of less than the tolerance's width
-  for (const double clearance : kClearances) {
-    const double half =
-        std::clamp(clearance * tolerance_, 32 * surface_.tie, std::fmax(most, 32 * surface_.tie));
-    for (int place = 0; place < kPlaces; ++place) {
-      // To either side in turn, a little farther each time, and never by a round part.
-      const double off = kFarthest * width * ((place + 1) / 2) / (0.5 * kPlaces) * 0.98713;
-      const double at = place % 2 == 1 ? even + off : even - off;
-      if (is_clear(axis, at, half, across)) return at;
+  // Where a face goes over into another without an edge, as round edges do, several curves lie in
+  // one line and cross every cut together: so they may, if nothing else goes.
+  for (const bool bundles : {false, true}) {
+    for (const double clearance : kClearances) {
+      const double half =
+          std::clamp(clearance * tolerance_, 32 * surface_.tie, std::fmax(most, 32 * surface_.tie));
+      for (int place = 0; place < kPlaces; ++place) {
+        // To either side in turn, a little farther each time, and never by a round part.
+        const double off = kFarthest * width * ((place + 1) / 2) / (0.5 * kPlaces) * 0.98713;
+        const double at = place % 2 == 1 ? even + off : even - off;
+        if (is_clear({axis, at, half, bundles}, across)) return at;
+      }
     }
   }
   return even;

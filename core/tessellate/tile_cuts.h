@@ -17,8 +17,8 @@ struct TileCuts {
 
 // Even parts of the domain, but that a cut keeps off what lies along it or meets in it (walls,
 // creases, rims, corners): there it moves aside, by an eighth of a tile at most, to where every
-// curve crosses it at an angle of more than seven degrees with nothing else beside the crossing.
-// Where there is no such place it is the best that was looked at.
+// curve crosses it at an angle of more than seven degrees with nothing else beside the crossing, or
+// several that lie in one line. Where there is no such place the part is even.
 // A function of the surface, the domain, the number of tiles and the tolerance: whoever makes a
 // tile finds the same cuts.
 // Needs: tiles >= 1, tolerance > 0.

@@ -157,6 +157,39 @@ TEST(Tiles, CutsOnWallsCreasesAndCorners) {
   }
 }
 
+// More faces side by side along a cut than the lists of a cell hold: what they leave out was once
+// taken for nothing.
+TEST(Tiles, ManyFacesAlongACut) {
+  std::string solids, expression;
+  for (int k = 0; k < 24; ++k) {
+    const std::string name = "K" + std::to_string(k), x = std::to_string(2 + 4 * k);
+    solids += box(name, x + ",40,-1", std::to_string(4 + 4 * k) + ",60," + std::to_string(1 + k));
+    expression += (k % 12 == 0 ? "\n+" : "+") + name;
+  }
+  const CompoundSurface surface = surface_of(on_plane(solids, expression, "0,100", "0,100"));
+  TessellationOptions options;
+  EXPECT_EQ(tile_faults(surface, options, {1, 2}), "");
+  const Result<Tessellation> whole = tessellate(surface, options);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->report.uncertified_area, 0);
+  EXPECT_EQ(whole->mesh.elements.size(), 49u);  // a top and a wall each, and the plane
+}
+
+// A round edge goes over into its top without a crease: two curves in one line cross every cut.
+TEST(Tiles, CutsThroughRoundEdges) {
+  const CompoundSurface surface = surface_of(
+      "SOLID-DEF\nA,4-PRIS,3\nP1,0,0,-7.5\nP2,50,50,0\n"
+      "C,4-PRIS,2\nP1,21.139535,23.899866,-5\nP2,27.975198,26.985916,-5\n"
+      "P3,23.860465,36.100134,-5\nP4,17.024802,33.014084,-5\nHEI,12.5\n"
+      "D,4-PRIS,2\nP1,17.832297,25.149737,-5\nP2,29.22507,30.293154,-5\n"
+      "P3,27.167703,34.850263,-5\nP4,15.77493,29.706846,-5\nHEI,12.5\n"
+      "E,R-CYLI,1\nP1,20.110851,26.178421,7.5\nP2,26.946515,29.26447,7.5\nRAD,2.5\n"
+      "F,R-CYLI,1\nP1,26.946515,29.26447,7.5\nP2,24.889149,33.821579,7.5\nRAD,2.5\n"
+      "G,R-CYLI,1\nP1,27.5,50,-2.5\nP2,27.5,50,10\nRAD,2.5\n"
+      "BOOLE-DEF\nA+C+D+E+F-G\nMACHI-DEF\nX-RNG,0,50\nY-RNG,0,50\nTOLER,.025\n");
+  EXPECT_EQ(tile_faults(surface, TessellationOptions{}, {2, 2}), "");
+}
+
 CompoundSurface over_scan(TriangleMesh scan, const std::string& solids,
                           const std::string& expression) {
   for (Vec3& p : scan.positions) {  // of holes, used by no triangle
