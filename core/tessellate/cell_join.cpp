@@ -169,7 +169,7 @@ bool GraphMaker::is_star_centre(const CellInfo& info, const TreeCell& c, const V
   const double near = 64 * surface_.tie;  // what lies apart by less is one
   steps = info.steps;
   classify(surface_, vertices_, {p.x(), p.y(), near, near}, steps, options_.flat, here);
-  if (here.functions.full) return false;
+  if (here.functions.full || here.candidates.full) return false;
   for (const PlanFunction& f : all.functions) {
     bool found = false;
     for (const PlanFunction& g : here.functions) {

@@ -94,6 +94,7 @@ bool CutFinder::is_clear(const Strip& strip, double a, double b,
   }
   if (b - a <= 4 * strip.half) {
     return strip.bundles && verdict.functions.count > 0 && !verdict.functions.full &&
+           !verdict.candidates.full &&
            std::all_of(verdict.functions.begin(), verdict.functions.end(), runs_across);
   }
   const double middle = a + 0.5069 * (b - a);
