@@ -25,9 +25,8 @@ struct SplitPrimitive {
 };
 
 // Shape: position (and normal, where normals were asked for) have one entry a vertex; triangles
-// hold
-//        vertex numbers counted from the primitive's first vertex. Elements without triangles have
-//        no primitive; the order of elements, and of triangles within one, is the mesh's.
+//        hold vertex numbers counted from the primitive's first vertex. Elements without triangles
+//        have no primitive; the order of elements, and of triangles within one, is the mesh's.
 struct SplitMesh {
   std::vector<SplitPrimitive> primitives;
   std::vector<std::uint32_t> position;  // index into mesh.positions

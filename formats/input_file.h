@@ -29,10 +29,9 @@ class InputBytes {
 };
 
 // Reads a regular file, a pipe or, for "-", stdin; a large file by `threads` threads (0 = all
-// cores). Read rather than mapped: a file that shrinks meanwhile must not end the program. Errors:
-// kInput where it cannot be opened or read, or is a folder or device; kLimit above `max_bytes`, or
-// where
-//         memory for it is lacking.
+// cores). Read rather than mapped: a file that shrinks meanwhile must not end the program.
+// Errors: kInput where it cannot be opened or read, or is a folder or device; kLimit above
+//         `max_bytes`, or where memory for it is lacking.
 Result<InputBytes> read_file(const std::string& path, std::size_t max_bytes = kMaxFileBytes,
                              int threads = 1);
 

@@ -192,9 +192,8 @@ class SectionParser {
   }
 
   // The face after 'f' where it is as most are, three plain numbers, blanks between, with or
-  // without
-  // `//` and a normal's, whose vertices are there already. False where it is anything else, and
-  // nothing has been done then.
+  // without `//` and a normal's, and, in a section that is counted, of vertices that are there
+  // already. False where it is anything else, and nothing has been done then.
   bool parse_plain_face() {
     const char* at = text_.at();
     const char* const end = text_.end();

@@ -224,9 +224,10 @@ std::uint32_t LayerCells::move(std::uint32_t v, const Group& group) {
   Vec2 p = from;
   // Less of the way where rounding does not let all of it look up.
   const auto has_room = [&] {
-    for (; width >= kLeastWidth * lean_; width *= 0.5) {
+    while (width >= kLeastWidth * lean_) {
       p = from + width * best;
       if (all_turn_left(group, v, p)) return true;
+      width *= 0.5;
     }
     return false;
   };

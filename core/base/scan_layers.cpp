@@ -16,6 +16,29 @@ namespace {
 constexpr std::uint32_t kNone = ScanSheet::kNone;
 constexpr int kMostAttempts = 64;
 
+// Of the ends of two lines the one that is nearest to the other line.
+struct NearestEnd {
+  std::uint32_t site = kNone;
+  double away = HUGE_VAL;
+};
+
+NearestEnd nearest_end(const std::vector<Vec2>& sites, const PlanarTriangulation::Segment& one,
+                       const PlanarTriangulation::Segment& two) {
+  NearestEnd nearest;
+  for (const auto& [ends, line] : {std::pair{one, two}, std::pair{two, one}}) {
+    const Vec2& from = sites[line[0]];
+    const Vec2 along = sites[line[1]] - from;
+    for (const std::uint32_t end : ends) {
+      if (end == line[0] || end == line[1]) continue;
+      const Vec2 q = sites[end] - from;
+      const double part = std::clamp(along.dot(q) / along.squaredNorm(), 0.0, 1.0);
+      const double away = (q - part * along).norm();
+      if (away < nearest.away) nearest = {end, away};
+    }
+  }
+  return nearest;
+}
+
 }  // namespace
 
 void LayerJoiner::triangulate() {
@@ -35,6 +58,7 @@ void LayerJoiner::triangulate() {
     return zi != zj ? zi > zj : i < j;
   });
   std::vector<Vec3> flat;
+  flat.reserve(used.size());
   for (const std::uint32_t v : used) flat.emplace_back(plan(v).x(), plan(v).y(), 0);
   const WeldMap weld = weld_map(flat, snap_);
   std::vector<Vec2> sites;
@@ -119,30 +143,15 @@ void LayerJoiner::triangulate() {
         const auto [c, d] = segments[other];
         const Vec2 u = sites[b] - sites[a], v = sites[d] - sites[c];
         const Vec2 p = sites[a] + cross(sites[c] - sites[a], v) / cross(u, v) * u;
-        // At an end that is as near to the other as nothing, or else at a point of its own.
-        const std::uint32_t ends[4] = {a, b, c, d};
-        std::size_t nearest = 0;
-        double least = HUGE_VAL;
-        for (std::size_t k = 0; k < 4; ++k) {
-          const std::uint32_t from = k < 2 ? c : a, to = k < 2 ? d : b;
-          if (ends[k] == from || ends[k] == to) continue;
-          const Vec2 along = sites[to] - sites[from], q = sites[ends[k]] - sites[from];
-          const double part = std::clamp(along.dot(q) / along.squaredNorm(), 0.0, 1.0);
-          const double away = (q - part * along).norm();
-          if (away < least) {
-            least = away;
-            nearest = k;
-          }
-        }
         double z = 0;
-        if (cut.count(key(c, d)) != 0) {
-          continue;  // what is left of it may not cross any more
-        } else if (least <= snap_) {
-          if (nearest < 2) {
-            cut[key(c, d)] = ends[nearest];
+        if (cut.count(key(c, d)) != 0) continue;  // what is left of it may not cross any more
+        // At an end that is as near to the other as nothing, or else at a point of its own.
+        if (const NearestEnd end = nearest_end(sites, {a, b}, {c, d}); end.away <= snap_) {
+          if (end.site == a || end.site == b) {
+            cut[key(c, d)] = end.site;
             continue;
           }
-          at = ends[nearest];
+          at = end.site;
         } else {
           if (!top(p, z)) z = sheet_.points[vertex[a]].z();  // at the border, by rounding
           at = static_cast<std::uint32_t>(sites.size());

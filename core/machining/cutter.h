@@ -15,9 +15,8 @@ namespace diesink {
 // the upright column of radius flat() that begins corner() above the tip.
 class CutterShape {
  public:
-  // Errors: kInput where the diameter is not positive, the corner radius negative or beyond half
-  // the
-  //         diameter.
+  // Errors: kInput where the diameter is not positive, or the corner radius negative or beyond
+  //         half the diameter.
   static Result<CutterShape> make(const Cutter& cutter);
 
   [[nodiscard]] double radius() const { return radius_; }

@@ -33,8 +33,7 @@ double safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double t
 // until no straight move lies more than `tolerance` under the lowest safe height, which the profile
 // tells along the whole of each move.
 // Needs: `profile` and `drop` in the program's own frame, of the same cutter; the profile's chord
-// at
-//        most a quarter of the tolerance.
+//        at most a quarter of the tolerance.
 // Bound: returns the most that any move of `tips` lies under the lowest safe height, at most
 //        `tolerance` (tests/core/machining_cc_test.cpp).
 double without_interference(std::vector<Vec3>& tips, const PointDrop& drop, SegmentProfile& profile,

@@ -9,9 +9,9 @@
 namespace diesink {
 
 // Tip heights over the lattice x0 + i dx (i < columns), ys[j], in the frame of `offset`, row-major,
-// x fastest; kNoContact where the cutter meets nothing. Needs: ys ascending; dx > 0; heights.size()
-// == columns * ys.size(). Bound: the highest contact of the mesh to rounding, 1e-12 of its largest
-// coordinate
+// x fastest; kNoContact where the cutter meets nothing.
+// Needs: ys ascending; dx > 0; heights.size() == columns * ys.size().
+// Bound: the highest contact of the mesh to rounding, 1e-12 of its largest coordinate
 //        (tests/core/machining_drop_test.cpp).
 // Same bytes for any thread count; threads 0 = all cores.
 void drop_lattice(const OffsetSurface& offset, double x0, double dx, std::size_t columns,

@@ -88,9 +88,8 @@ class FaceChart {
   // Cylinder and cone: the angle of the middle of the seen side, and the length around from there.
   double cos_start_ = 1, sin_start_ = 0;
   TurnTable turns_;
-  // Cone: chart radius = scale (slant / slant of the rim)^power, chart angle = fan * developed
-  // angle
-  // - shift.
+  // Cone: chart radius = scale (slant / slant of the rim)^power,
+  // chart angle = fan * developed angle - shift.
   double slant_ = 1, scale_ = 1, power_ = 1, fan_ = 1, shift_ = 0;
   // Ellipsoid: rows e1, e2, m (image of the vertical, towards the seen side) in the unit sphere,
   // and the scale of e1 and e2.

@@ -16,8 +16,7 @@ using Impl = CompoundSurface::Impl;
 struct StateOver {
   FaceList faces;
   // Rows cut away for sure by a later `-` that spares others, and cuts filled up for sure by a
-  // later
-  // `+`: their shadows still part what is left.
+  // later `+`: their shadows still part what is left.
   ShortList<std::int32_t, 16> ghosts;
   bool hole = true;  // may be undefined somewhere
 };
