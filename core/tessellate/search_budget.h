@@ -12,7 +12,7 @@ struct SearchBudget {
   // Cells below one part of the tree. Where something coincides along a line and nothing tells,
   // there would be as many as least cells lie along it: the part is grown anew with least cells 16
   // times as wide.
-  std::size_t cells = 400'000;
+  std::size_t cells = 100'000;
   // Cells that splitting those whose borders do not join may add to those of the tree; then they
   // are joined as they are.
   std::size_t added = 1'000'000;
