@@ -3,7 +3,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/scan_layers.h"
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 #include <span>
 #include <unordered_map>
 
@@ -124,7 +126,13 @@ void LayerJoiner::triangulate() {
     }
     // Lines that still pass over one another, or over a point, by rounding: cut there, or else the
     // later one gives way. Sides of whole faces come first and stay.
-    std::unordered_map<std::uint64_t, std::uint32_t> cut;  // by the ends: the site, or kNone
+    // All of a line's at once: one line may pass over hundreds.
+    struct Cut {
+      std::vector<std::uint32_t> at;  // sites
+      bool lost = false;              // gives way, as it does where it is cut nowhere
+    };
+    std::unordered_map<std::uint64_t, Cut> cut;               // by the ends
+    std::set<std::pair<std::uint64_t, std::uint64_t>> pairs;  // whose crossing is known
     for (const SegmentCrossing& w : wrong) {
       std::uint32_t s = w.segment_a, other = w.segment_b;
       if (other < segments.size() && (s >= segments.size() || other > s)) std::swap(s, other);
@@ -133,7 +141,7 @@ void LayerJoiner::triangulate() {
         for (const auto& q : std::span(segments).subspan(fixed_segments)) {
           const bool there =
               q[0] == w.point || q[1] == w.point || q[0] == w.other_point || q[1] == w.other_point;
-          if (there) cut[key(q[0], q[1])] = kNone;
+          if (there) cut[key(q[0], q[1])].lost = true;
         }
         continue;
       }
@@ -141,14 +149,14 @@ void LayerJoiner::triangulate() {
       std::uint32_t at = w.point != a && w.point != b ? w.point : kNone;
       if (at == kNone && other < segments.size() && other >= fixed_segments) {
         const auto [c, d] = segments[other];
+        if (!pairs.insert(std::minmax(key(a, b), key(c, d))).second) continue;
         const Vec2 u = sites[b] - sites[a], v = sites[d] - sites[c];
         const Vec2 p = sites[a] + cross(sites[c] - sites[a], v) / cross(u, v) * u;
         double z = 0;
-        if (cut.count(key(c, d)) != 0) continue;  // what is left of it may not cross any more
         // At an end that is as near to the other as nothing, or else at a point of its own.
         if (const NearestEnd end = nearest_end(sites, {a, b}, {c, d}); end.away <= snap_) {
           if (end.site == a || end.site == b) {
-            cut[key(c, d)] = end.site;
+            cut[key(c, d)].at.push_back(end.site);
             continue;
           }
           at = end.site;
@@ -157,11 +165,11 @@ void LayerJoiner::triangulate() {
           at = static_cast<std::uint32_t>(sites.size());
           sites.push_back(p);
           vertex.push_back(add_point({p.x(), p.y(), z}));
-          cut[key(c, d)] = at;
+          cut[key(c, d)].at.push_back(at);
         }
       }
-      std::uint32_t& of_first = cut.try_emplace(key(a, b), kNone).first->second;
-      if (at != kNone) of_first = at;
+      Cut& of_first = cut[key(a, b)];
+      if (at != kNone) of_first.at.push_back(at);
     }
     if (cut.empty()) break;
     std::vector<PlanarTriangulation::Segment> rest;
@@ -169,11 +177,23 @@ void LayerJoiner::triangulate() {
       const auto it = cut.find(key(s[0], s[1]));
       if (it == cut.end()) {
         rest.push_back(s);
-      } else if (it->second == kNone) {
+      } else if (it->second.lost || it->second.at.empty()) {
         lost.push_back({sites[s[0]], sites[s[1]]});
       } else {
-        for (const auto& [from, to] : {std::pair{s[0], it->second}, std::pair{it->second, s[1]}}) {
+        // (In the same order for both directions.)
+        const Vec2 way = sites[std::max(s[0], s[1])] - sites[std::min(s[0], s[1])];
+        std::vector<std::uint32_t> on = it->second.at;
+        std::sort(on.begin(), on.end(), [&](std::uint32_t i, std::uint32_t j) {
+          const double at_i = way.dot(sites[i]), at_j = way.dot(sites[j]);
+          return at_i != at_j ? at_i < at_j : i < j;
+        });
+        on.erase(std::unique(on.begin(), on.end()), on.end());
+        if (s[0] > s[1]) std::reverse(on.begin(), on.end());
+        on.push_back(s[1]);
+        std::uint32_t from = s[0];
+        for (const std::uint32_t to : on) {
           if (known.try_emplace(pair_key(from, to), 0).second) rest.push_back({from, to});
+          from = to;
         }
       }
     }

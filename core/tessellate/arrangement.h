@@ -60,6 +60,7 @@ struct Arrangement {
   bool keeps_seams = true;   // false: cells did not join to the seams; another variant may
   std::size_t cells = 0, least_cells = 0;
   bool widened = false;  // by ArrangementOptions::may_widen
+  double grain = 0;      // of the lattice that untangle() has laid it on
 };
 
 struct ArrangementOptions {

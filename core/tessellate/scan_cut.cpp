@@ -249,24 +249,36 @@ double SheetSplitter::area_off_sheet(const std::array<std::uint32_t, 3>& t) cons
 }
 
 // Sheet edges run over points of arcs that lie on them, and give way to chords too close to them to
-// be told apart. False where one of those parts the touched triangles from the rest: `touched_` has
-// what is beyond then, and all begins anew.
+// be told apart, as vertices do. False where one of those parts the touched triangles from the
+// rest: `touched_` has what is beyond then, and all begins anew.
 Result<bool> SheetSplitter::triangulate() {
   if (segments_.empty()) return true;
   // Only what the segments use.
-  std::vector<std::uint32_t> number(out_.sheet.points.size(), kNone), used;
+  std::vector<std::uint32_t> used;
   std::vector<Vec2> points;
-  const auto of = [&](std::uint32_t v) {
-    if (number[v] == kNone) {
-      number[v] = static_cast<std::uint32_t>(points.size());
-      points.emplace_back(out_.sheet.points[v].head<2>());
-      used.push_back(v);
-    }
-    return number[v];
-  };
   std::vector<PlanarTriangulation::Segment> segments;
-  for (const auto& s : segments_) segments.push_back({of(s[0]), of(s[1])});
+  std::vector<char> on_loop;  // of the points
   std::vector<std::uint32_t> half = half_;
+  const auto number = [&](const std::vector<PlanarTriangulation::Segment>& of_sheet) {
+    std::vector<std::uint32_t> number_of(out_.sheet.points.size(), kNone);
+    const auto of = [&](std::uint32_t v) {
+      if (number_of[v] == kNone) {
+        number_of[v] = static_cast<std::uint32_t>(points.size());
+        points.emplace_back(out_.sheet.points[v].head<2>());
+        used.push_back(v);
+      }
+      return number_of[v];
+    };
+    used.clear();
+    points.clear();
+    segments.clear();
+    for (const auto& s : of_sheet) segments.push_back({of(s[0]), of(s[1])});
+    on_loop.assign(points.size(), 0);
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      if (half[s] == kNone) on_loop[segments[s][0]] = on_loop[segments[s][1]] = 1;
+    }
+  };
+  number(segments_);
   bool proven = true;
   constexpr int kMostAttempts = 40;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
@@ -283,31 +295,58 @@ Result<bool> SheetSplitter::triangulate() {
     for (const auto& s : segments) there.insert(pair_key(s[0], s[1]));
     std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> stops;  // by low and high end
     bool wider = false;
+    // An edge of the sheet gives way; false where it is the border's.
+    const auto give_way = [&](std::size_t s) {
+      const auto [a, b] = segments[s];
+      gone.insert(pair_key(a, b));
+      if (there.count(pair_key(b, a)) != 0) {
+        gone.insert(pair_key(b, a));
+        return true;
+      }
+      const std::uint32_t twin = sheet_.twin[half[s]];
+      if (twin == kNone) return false;
+      touched_[twin / 3] = 1;
+      wider = true;
+      return true;
+    };
+    bool at_border = false;
+    std::vector<char> in_way(points.size(), 0);  // of vertices of the sheet
+    bool any_in_way = false;
+    const auto leave_out = [&](std::uint32_t p) {
+      if (p >= points.size() || on_loop[p]) return;
+      in_way[p] = 1;
+      any_in_way = true;
+    };
     for (const SegmentCrossing& w : wrong) {
+      if (w.other_point != kNoPoint) {  // two at one place: the arc's stays
+        leave_out(w.other_point);
+        if (!in_way[w.other_point]) leave_out(w.point);
+        continue;
+      }
+      const bool chord = w.segment_a < segments.size() && half[w.segment_a] == kNone;
+      if (w.point != kNoPoint && chord) leave_out(w.point);
       for (const std::uint32_t s : {w.segment_a, w.segment_b}) {
         if (s >= segments.size() || half[s] == kNone) continue;
         const auto [a, b] = segments[s];
         if (w.point != kNoPoint) {
           stops[pair_key(std::min(a, b), std::max(a, b))].push_back(w.point);
-          continue;
+        } else {
+          at_border = !give_way(s) || at_border;
         }
-        gone.insert(pair_key(a, b));
-        if (there.count(pair_key(b, a)) != 0) {
-          gone.insert(pair_key(b, a));
-          continue;
-        }
-        const std::uint32_t twin = sheet_.twin[half[s]];
-        if (twin == kNone) {
-          if (has_beyond()) return crosses_itself();
-          wants_beyond_ = true;
-          return false;
-        }
-        touched_[twin / 3] = 1;
-        wider = true;
       }
     }
+    // A vertex of the sheet under a chord of an arc, but no point of it, goes with all its edges.
+    for (std::size_t s = 0; any_in_way && s < segments.size(); ++s) {
+      if (half[s] != kNone && (in_way[segments[s][0]] || in_way[segments[s][1]]))
+        at_border = !give_way(s) || at_border;
+    }
+    if (at_border) {
+      if (has_beyond()) return crosses_itself();
+      wants_beyond_ = true;
+      return false;
+    }
     if (wider) return false;
-    if (gone.empty() && stops.empty()) {
+    if (gone.empty() && stops.empty() && !any_in_way) {
       if (has_beyond()) break;
       wants_beyond_ = true;  // loops that run beside the border instead of along it
       return false;
@@ -344,8 +383,15 @@ Result<bool> SheetSplitter::triangulate() {
         from = to;
       }
     }
-    segments = std::move(rest);
     half = std::move(rest_half);
+    segments = std::move(rest);
+    if (any_in_way) {
+      for (auto& [a, b] : segments) {
+        a = used[a];
+        b = used[b];
+      }
+      number(std::vector(segments));
+    }
   }
   return crosses_itself();
 }

@@ -56,8 +56,9 @@ constexpr Way kTileWays[] = {{0.1, 0, 0}, {0.1, 1, 0}, {0.1, 2, 0}, {0.1, 0, 0.3
 // Of the plan, and of what the sheet itself leaves unproven, which no other way does much better:
 // where more is not certified the other ways are tried, too.
 constexpr double kToldArea = 1e-9, kToldBesideSheet = 0.25;
-// Of the size: how far untangle() moves nodes, and how far beside an edge they were on it.
-constexpr double kChordReach = 5e-10;
+// Of the grain by which untangle() moves nodes: what lay on a vertex or an edge of the sheet is no
+// farther off afterwards.
+constexpr double kChordReach = 2;
 // Of the tolerance: what a seam between tiles leaves the chords and faces beside it, whatever the
 // sheets of the two have taken. (No sheet takes more than kWays has, but for what it moves.)
 constexpr double kSeamShare = 0.3;
@@ -296,7 +297,8 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     if (!chords) return faces.error();
     samples.reset();
     *arrangement = std::move(*chords);
-    arcs = place_chords(surface.impl(), sheet, arcs, kChordReach * surface.size(), *arrangement);
+    arcs =
+        place_chords(surface.impl(), sheet, arcs, kChordReach * arrangement->grain, *arrangement);
     samples.emplace(surface.impl(), *arrangement, sampling);
     samples->sample_all(options.threads);
     face_options.regions.to_the_end = true;

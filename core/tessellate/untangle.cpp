@@ -192,6 +192,7 @@ void Untangler::make_regions() {
 
 Arrangement Untangler::make() {
   out_.box = box_;
+  out_.grain = grain_;
   out_.cells = from_.cells;
   out_.least_cells = from_.least_cells;
   out_.uncertified_area = from_.uncertified_area;
