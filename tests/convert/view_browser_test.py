@@ -176,7 +176,7 @@ class ViewInBrowser(CommandLineTest):
         self.assertGreater(sum(light), sum(dark) + 300)
 
     def test_a_million_triangles(self):
-        self.run_program("view", FIG6, "--tolerance", "2.5e-5", "-o", "die.html")
+        self.run_program("view", FIG6, "--tolerance", "1.8e-5", "-o", "die.html")
         del self.browser.events[:]
         begin = time.monotonic()
         self.assertEqual(self.browser.open(self.folder / "die.html"), "open")
