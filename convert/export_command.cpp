@@ -62,8 +62,8 @@ void say_creases_off(const std::string& part, const TessellationReport& report) 
   char line[160];
   std::snprintf(
       line, sizeof line,
-      "the scan was thinned out before its creases were found: they lie up to %.6g off its "
-      "own triangles",
+      "cracks of the scan were closed, or it was thinned out, before its creases were found: "
+      "they lie up to %.6g off its own triangles",
       report.crease_offset);
   report_warning(part, line);
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/exact_plan.h"
+#include "core/base/scanned_triangle.h"
 
 namespace diesink {
 namespace {
@@ -324,6 +325,30 @@ void LayerCells::split_free(std::uint32_t v) {
   split(v, z);
 }
 
+// In place of a hidden face that is topmost over p what hides it: of two that are one but for the
+// order of their corners, rounding makes now this one the higher, now that one. False where nothing
+// that may be seen is as high.
+bool LayerCells::take_shown(const Vec2& p, BaseHit& hit) const {
+  std::vector<std::uint32_t> over;
+  scan_.faces_over({p.x(), p.x(), p.y(), p.y()}, over);
+  double highest = hit.z - kLeastWidth * lean_;
+  bool found = false;
+  ScannedTriangle t;
+  for (const std::uint32_t f : over) {
+    const auto& v = scan_.triangles()[f];
+    if (parts_[f] == Part::kHidden ||
+        !t.set(scan_.positions()[v[0]], scan_.positions()[v[1]], scan_.positions()[v[2]]) ||
+        !t.covers(p.x(), p.y()))
+      continue;
+    const double z = t.height(t.along_row(p.y()), p.x());
+    if (!(z > highest)) continue;
+    highest = z;
+    hit = {z, t.zx, t.zy, f};
+    found = true;
+  }
+  return found;
+}
+
 // A point on the side of a cell, but for rounding, with a cell of no width between: the side's
 // other cell is split there. Beyond the border there is nothing to be split.
 void LayerCells::flip_slivers(const std::vector<char>& fixed) {
@@ -393,11 +418,11 @@ void LayerCells::take(const std::vector<std::array<std::uint32_t, 3>>& cells,
       hit.face = kNone;
       if (width > 2 * kBesideSide * lean_) sheet_.unproven_area += plan_area(v);
     }
-    if (hit.face != kNone && parts_[hit.face] != Part::kJoined) {
-      // (What counts as hidden is nowhere seen, but for rounding.)
-      if (parts_[hit.face] == Part::kHidden) sheet_.unproven_area += plan_area(v);
+    if (hit.face != kNone && parts_[hit.face] == Part::kHidden && !take_shown(m, hit)) {
+      sheet_.unproven_area += plan_area(v);
       continue;
     }
+    if (hit.face != kNone && parts_[hit.face] == Part::kWhole) continue;
     for (const std::uint32_t w : v) around_[w].push_back(static_cast<std::uint32_t>(cells_.size()));
     cells_.push_back({v, hit.face});
     planes_.push_back({m.x(), m.y(), hit.z, hit.zx, hit.zy});

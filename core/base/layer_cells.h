@@ -74,6 +74,7 @@ class LayerCells {
   [[nodiscard]] double plan_area(const std::array<std::uint32_t, 3>& v) const;
   [[nodiscard]] double width_of(const std::array<std::uint32_t, 3>& v) const;
   [[nodiscard]] double height(std::uint32_t cell, std::uint32_t v) const;
+  bool take_shown(const Vec2& p, BaseHit& hit) const;
   void flip_slivers(const std::vector<char>& fixed);
   void order_round(std::uint32_t v);
   void find_runs(double kept);

@@ -64,7 +64,9 @@ class LayerJoiner {
   [[nodiscard]] double height_on(const Rim& rim, const Vec2& p) const;  // over its line
   [[nodiscard]] bool is_seen(const Line& line, const Vec2& from, const Vec2& to) const;
   void collect_pieces();
-  void triangulate();
+  bool triangulate(bool may_cut_faces);
+  void take_whole();
+  void cut_faces(const std::vector<std::uint64_t>& sides);
 
   const ScannedSurface& scan_;
   const std::vector<std::array<std::uint32_t, 3>>& faces_;

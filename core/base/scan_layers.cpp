@@ -17,6 +17,8 @@ namespace {
 
 constexpr std::uint32_t kNone = ScanSheet::kNone;
 constexpr int kMostAttempts = 64;
+// As often whole faces are cut, too, after all; then what lies on their sides gives way.
+constexpr int kMostRounds = 6;
 
 // Of the ends of two lines the one that is nearest to the other line.
 struct NearestEnd {
@@ -43,7 +45,26 @@ NearestEnd nearest_end(const std::vector<Vec2>& sites, const PlanarTriangulation
 
 }  // namespace
 
-void LayerJoiner::triangulate() {
+void LayerJoiner::take_whole() {
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    if (part_[f] == Part::kWhole) sheet_.triangles.push_back(faces_[f]);
+  }
+}
+
+// Faces that have been whole, by their sides.
+void LayerJoiner::cut_faces(const std::vector<std::uint64_t>& sides) {
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    for (std::size_t k = 0; k < 3 && part_[f] == Part::kWhole; ++k) {
+      if (std::binary_search(sides.begin(), sides.end(),
+                             key(faces_[f][k], faces_[f][(k + 1) % 3])))
+        part_[f] = Part::kJoined;
+    }
+  }
+}
+
+// False, and those faces no longer whole, where lines lie on the sides of faces that are and such
+// faces may be cut.
+bool LayerJoiner::triangulate(bool may_cut_faces) {
   // Points at one place are one: a whole face's, else the topmost. A frame round all keeps what is
   // open out.
   std::vector<std::uint32_t> used;
@@ -88,12 +109,15 @@ void LayerJoiner::triangulate() {
   std::vector<PlanarTriangulation::Segment> segments;
   for (std::uint32_t k = 0; k < 4; ++k) segments.push_back({frame + k, frame + (k + 1) % 4});
   std::unordered_map<std::uint64_t, char> known;  // directed
+  std::vector<std::uint64_t> sides(segments.size());  // of whole faces
   std::size_t fixed_segments = segments.size();
   for (std::size_t s = 0; s < pieces_.size(); ++s) {
     const std::uint32_t a = site[pieces_[s][0]], b = site[pieces_[s][1]];
     if (a == b || !known.try_emplace(pair_key(a, b), 0).second) continue;
     segments.push_back({a, b});
-    if (s < fixed_pieces_) fixed_segments = segments.size();
+    if (s >= fixed_pieces_) continue;
+    sides.push_back(key(pieces_[s][0], pieces_[s][1]));
+    fixed_segments = segments.size();
   }
   std::vector<std::array<Vec2, 2>> lost;  // lines that gave way
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
@@ -121,8 +145,22 @@ void LayerJoiner::triangulate() {
         const std::array<std::uint32_t, 3> v{vertex[of[t[0]]], vertex[of[t[1]]], vertex[of[t[2]]]};
         if (v[0] != kNone && v[1] != kNone && v[2] != kNone) cells.push_back(v);
       }
+      take_whole();
       LayerCells(scan_, faces_, part_, lean_, sheet_).take(cells, fixed, lost);
-      return;
+      return true;
+    }
+    if (may_cut_faces) {
+      std::vector<std::uint64_t> touched;
+      for (const SegmentCrossing& w : wrong) {
+        for (const std::uint32_t s : {w.segment_a, w.segment_b}) {
+          if (s >= 4 && s < fixed_segments) touched.push_back(sides[s]);
+        }
+      }
+      std::sort(touched.begin(), touched.end());
+      if (!touched.empty()) {
+        cut_faces(touched);
+        return false;
+      }
     }
     // Lines that still pass over one another, or over a point, by rounding: cut there, or else the
     // later one gives way. Sides of whole faces come first and stay.
@@ -199,6 +237,7 @@ void LayerJoiner::triangulate() {
     }
     segments = std::move(rest);
   }
+  take_whole();
   // Left open: a hole, counted.
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     if (part_[f] != Part::kJoined) continue;
@@ -206,22 +245,25 @@ void LayerJoiner::triangulate() {
                &c = sheet_.points[faces_[f][2]];
     sheet_.unproven_area += 0.5 * cross((b - a).head<2>(), (c - a).head<2>());
   }
+  return true;
 }
 
 void LayerJoiner::run(int threads) {
   const ScannedSurface::Layers layers = scan_.layers(threads);
   find_rims();
   choose_faces(layers.marks);
-  bool joined = false;
-  for (std::size_t f = 0; f < faces_.size(); ++f) {
-    if (part_[f] == Part::kWhole) sheet_.triangles.push_back(faces_[f]);
-    joined = joined || part_[f] == Part::kJoined;
+  if (std::find(part_.begin(), part_.end(), Part::kJoined) == part_.end()) {
+    take_whole();
+    return;
   }
-  if (!joined) return;
-  add_lines(layers.meets);
-  cut_lines();
-  collect_pieces();
-  triangulate();
+  for (int round = 1;; ++round) {
+    lines_.clear();
+    pieces_.clear();
+    add_lines(layers.meets);
+    cut_lines();
+    collect_pieces();
+    if (triangulate(round < kMostRounds)) break;
+  }
 }
 
 void join_layers(const ScannedSurface& scan, const std::vector<std::array<std::uint32_t, 3>>& faces,

@@ -67,8 +67,9 @@ struct TessellationReport {
   double tolerance = 0;
   double certified_deviation = 0;  // a bound, not a sample
   double uncertified_area = 0;     // plan area whose features or deviation could not be certified
-  // How far, along vertical lines, creases of a scanned base may lie off its own triangles: where
-  // the scan had to be thinned out before the curves were found. 0 where they lie on them.
+  // How far creases of a scanned base may lie off its own triangles: in space where cracks between
+  // those were closed, along vertical lines where the scan had to be thinned out before the curves
+  // were found. 0 where they lie on them, to 1e-9 of the size.
   double crease_offset = 0;
   double area = 0, volume = 0;  // volume under the surface down to the floor or the lowest z
   bool watertight = false;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/scan_cracks.h"
 #include "core/base/scan_sheet.h"
 #include "core/base/scan_thin.h"
 #include "core/compound/compound_impl.h"
@@ -49,13 +50,26 @@ struct Way {
   double lean;    // of the tolerance: the width in plan of what stands for an upright wall
   int variant;    // of the arrangement's cells
   double before;  // of the tolerance: what the sheet is thinned by first
+  double cracks;  // of the tolerance: gaps and overlaps between facets that are closed
 };
-constexpr Way kWays[] = {{0.15, 0, 0}, {0.1, 1, 0}, {0.05, 2, 0}, {0.1, 0, 0.3}, {0.02, 3, 0.45}};
+// (Of rounding always; as wide as stitching leaves them only where nothing else goes.)
+constexpr double kRounding = 1e-3, kStitching = 0.15;
+constexpr Way kWays[] = {{0.15, 0, 0, kRounding},
+                         {0.1, 1, 0, kRounding},
+                         {0.05, 2, 0, kRounding},
+                         {0.1, 0, 0.3, kStitching},
+                         {0.02, 3, 0.45, kStitching}};
 // What the wall under a rim looks like is the same in all tiles.
-constexpr Way kTileWays[] = {{0.1, 0, 0}, {0.1, 1, 0}, {0.1, 2, 0}, {0.1, 0, 0.3}, {0.1, 3, 0.45}};
+constexpr Way kTileWays[] = {{0.1, 0, 0, kRounding},
+                             {0.1, 1, 0, kRounding},
+                             {0.1, 2, 0, kRounding},
+                             {0.1, 0, 0.3, kRounding},
+                             {0.1, 3, 0.45, kRounding}};
 // Of the plan, and of what the sheet itself leaves unproven, which no other way does much better:
 // where more is not certified the other ways are tried, too.
 constexpr double kToldArea = 1e-9, kToldBesideSheet = 0.25;
+// Of the size: no farther off a crease still counts as on the scan.
+constexpr double kExact = 1e-9;
 // Of the grain by which untangle() moves nodes: what lay on a vertex or an edge of the sheet is no
 // farther off afterwards.
 constexpr double kChordReach = 2;
@@ -63,17 +77,21 @@ constexpr double kChordReach = 2;
 // sheets of the two have taken. (No sheet takes more than kWays has, but for what it moves.)
 constexpr double kSeamShare = 0.3;
 
-// The same surface over the sheet in place of the scan.
-Result<CompoundSurface> over_sheet(const CompoundSurface& surface, const ScanSheet& sheet) {
+// The same surface over a mesh in place of the scan.
+Result<CompoundSurface> over_mesh(const CompoundSurface& surface, TriangleMesh mesh) {
   PartProgram program = surface.program();
   MeshBase& base = std::get<MeshBase>(program.base);
   base.placement.clear();
   base.fill_size = 0;
   base.smooth_normals = false;
+  return CompoundSurface::make(program, std::move(mesh));
+}
+
+Result<CompoundSurface> over_sheet(const CompoundSurface& surface, const ScanSheet& sheet) {
   TriangleMesh mesh;
   mesh.positions = sheet.points;
   mesh.triangles = sheet.triangles;
-  return CompoundSurface::make(program, std::move(mesh));
+  return over_mesh(surface, std::move(mesh));
 }
 
 // The border of the sheet on a cut between tiles: pieces from low to high along the cut, ascending.
@@ -177,18 +195,31 @@ Result<Faces> mesh_faces(const CompoundSurface& surface, const ScanSheet& sheet,
 
 // One way through; may_differ tells whether another may do where it fails, or do better; too_fine
 // whether the scan asks for more cells than there may be, widened or not.
-Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box,
+Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
                              const TessellationOptions& options, const Way& way, bool& may_differ,
                              bool& too_fine) {
   may_differ = too_fine = false;
   const double tolerance =
-      options.tolerance > 0 ? options.tolerance : original.program().machining.tolerance;
+      options.tolerance > 0 ? options.tolerance : given.program().machining.tolerance;
   const double feature_angle = options.feature_angle * (std::numbers::pi / 180);
   auto start = std::chrono::steady_clock::now();
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);
   };
 
+  const Machining& machining = given.program().machining;
+  const PlanBox domain{machining.x_range[0], machining.x_range[1], machining.y_range[0],
+                       machining.y_range[1]};
+  std::optional<CompoundSurface> mended;
+  double closed = 0;
+  if (std::optional<ClosedScan> cracks = close_cracks(
+          std::get<ScannedSurface>(given.impl().base), domain, way.cracks * tolerance)) {
+    Result<CompoundSurface> made = over_mesh(given, std::move(cracks->mesh));
+    if (!made) return made.error();
+    mended.emplace(std::move(*made));
+    closed = cracks->moved;
+  }
+  const CompoundSurface& original = mended ? *mended : given;
   ScanSheet sheet = top_sheet(std::get<ScannedSurface>(original.impl().base), box,
                               way.lean * tolerance, options.threads);
   const bool tiled = options.tiles != std::array{1, 1};
@@ -204,10 +235,8 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
     thin.fixed_side[2 * axis + 1] = options.tile[axis] + 1 < options.tiles[axis];
   }
   const CompoundSurface::Impl& impl = original.impl();
-  const Machining& machining = original.program().machining;
   SeamOptions seam_options;
-  seam_options.domain = {machining.x_range[0], machining.x_range[1], machining.y_range[0],
-                         machining.y_range[1]};
+  seam_options.domain = domain;
   seam_options.tolerance = kSeamShare * tolerance;
   seam_options.sag = kArcShare * seam_options.tolerance;
   seam_options.shortest = std::fmax(0.5 * tolerance, 1e-9 * impl.size);
@@ -227,12 +256,14 @@ Result<Tessellation> attempt(const CompoundSurface& original, const PlanBox& box
   }
   // What stands for the scan differs from it by that along vertical lines; so does the whole die,
   // as max and min keep bounds on heights.
-  double moved = sheet.moved, crease_offset = 0;
+  double crease_offset = closed, moved = sheet.moved + closed;
   if (way.before > 0) {
     thin.tolerance = way.before * tolerance;
-    crease_offset = thin_sheet(sheet, thin);
-    moved += crease_offset;
+    const double thinned = thin_sheet(sheet, thin);
+    crease_offset += thinned;
+    moved += thinned;
   }
+  if (crease_offset <= kExact * impl.size) crease_offset = 0;
   Result<CompoundSurface> made_surface = over_sheet(original, sheet);
   if (!made_surface) return made_surface.error();
   const CompoundSurface& surface = *made_surface;

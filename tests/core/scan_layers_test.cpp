@@ -5,9 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
+#include <utility>
 
+#include "core/base/scan_cracks.h"
 #include "core/base/scan_sheet.h"
 #include "tests/support/scans.h"
 
@@ -182,6 +185,95 @@ TEST(ScanLayers, WindingStairsAroundOneVertex) {
     }
     expect_seen(mesh, 0.01, 1);
   }
+}
+
+// Triangles that stand twice in a file, the second with its corners in another order: rounding
+// makes now the one the higher, now the other. A third one hangs a hair above some.
+TEST(ScanLayers, TrianglesTwiceAndTurnedOver) {
+  TriangleMesh mesh = shaken_relief(24, 5);
+  const std::size_t given = mesh.triangles.size();
+  for (std::size_t t = 0; t < given; t += 7) {
+    const auto [a, b, c] = mesh.triangles[t];
+    mesh.triangles.push_back({b, a, c});
+    if (t % 2 == 0) continue;
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const std::uint32_t v : {a, b, c}) {
+      const Vec3 p = mesh.positions[v] + Vec3(0, 0, 0.001);
+      mesh.positions.push_back(p);
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  expect_seen(mesh, 0.02, 1);
+}
+
+// Two scans of one thing: some vertices of the second lie beside the first one's, on its edges.
+// What no line crossed has lines that end on its sides all the same.
+TEST(ScanLayers, TheSameScanTwiceWithSomeVerticesBesideThemselves) {
+  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    TriangleMesh mesh = height_mesh(0, 40, 14, 0, 40, 16, [](double x, double y) {
+      return 3 * std::sin(x / 9) * std::cos(y / 7);
+    });
+    const auto count = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t v = 0; v < count; ++v) {
+      const Vec3 p = mesh.positions[v] + Vec3(random() % 2 == 0 ? 0.01 : 0, 0, 0);
+      mesh.positions.push_back(p);
+    }
+    const std::size_t given = mesh.triangles.size();
+    for (std::size_t t = 0; t < given; ++t) {
+      const auto [a, b, c] = mesh.triangles[t];
+      if (mesh.positions[a].x() > 8 && mesh.positions[b].x() > 8 && mesh.positions[c].x() > 8)
+        mesh.triangles.push_back({a + count, b + count, c + count});
+    }
+    expect_seen(mesh, 0.03, seed);
+  }
+}
+
+// Each facet by itself, its corners a little off.
+TriangleMesh cracked(const TriangleMesh& given, double off) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> part(-off, off);
+  TriangleMesh mesh;
+  for (const auto& t : given.triangles) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const std::uint32_t v : t) {
+      mesh.positions.push_back(given.positions[v] + Vec3(part(random), part(random), part(random)));
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+TEST(ScanCracks, AreClosedAndTheBorderLaidOnTheDomainsSides) {
+  const TriangleMesh whole = shaken_relief(12, 3);
+  const PlanBox domain{-7, 33, 2, 42};
+  EXPECT_FALSE(close_cracks(scan_of(whole), domain, 1e-5));
+  const std::optional<ClosedScan> made = close_cracks(scan_of(cracked(whole, 1e-6)), domain, 1e-5);
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->mesh.positions.size(), whole.positions.size());
+  EXPECT_EQ(made->mesh.triangles.size(), whole.triangles.size());
+  EXPECT_GT(made->moved, 1e-7);
+  EXPECT_LT(made->moved, 1e-5);
+  const PlanBox box = scan_of(made->mesh).plan_box();
+  for (const auto& [at, side] : {std::pair{box.x0, domain.x0},
+                                 {box.x1, domain.x1},
+                                 {box.y0, domain.y0},
+                                 {box.y1, domain.y1}})
+    EXPECT_EQ(at, side);
+  // Too narrow: they stay.
+  EXPECT_FALSE(close_cracks(scan_of(cracked(whole, 1e-3)), domain, 1e-9));
+}
+
+// Corners of one facet become one no more than others: it is left out.
+TEST(ScanCracks, FacetsNarrowerThanACrackAreLeftOut) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 1e-6, 0}};
+  mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+  const std::optional<ClosedScan> made = close_cracks(scan_of(mesh), {-5, 20, -5, 20}, 1e-5);
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->mesh.triangles.size(), 1U);
+  EXPECT_EQ(made->mesh.positions.size(), 3U);
 }
 
 }  // namespace

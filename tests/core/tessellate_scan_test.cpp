@@ -321,6 +321,28 @@ TEST(TessellateScan, WallsThatLeanByRoundingAreUpright) {
   }
 }
 
+// Facets that do not share their vertices to the bit, as files of rounded numbers hold them, leave
+// gaps, layers and slivers along the domain's sides.
+TEST(TessellateScan, CracksOfRoundingAreClosed) {
+  const TriangleMesh whole = noisy(41, 0.02);
+  TriangleMesh scan;
+  Random random(7);
+  for (const auto& t : whole.triangles) {
+    const auto first = static_cast<std::uint32_t>(scan.positions.size());
+    for (const std::uint32_t v : t) {
+      Vec3 p = whole.positions[v];
+      for (int axis = 0; axis < 3; ++axis) p[axis] += random.uniform(-2e-6, 2e-6);
+      scan.positions.push_back(p);
+    }
+    scan.triangles.push_back({first, first + 1, first + 2});
+  }
+  const std::string solids = std::string(kBoss) + kPocket;
+  std::size_t triangles = 0, of_whole = 0;
+  EXPECT_EQ(faults_over(over(scan, solids, "B+S1-S2"), true, &triangles), "");
+  EXPECT_EQ(faults_over(over(whole, solids, "B+S1-S2"), true, &of_whole), "");
+  EXPECT_LT(triangles, of_whole + of_whole / 10);
+}
+
 TEST(TessellateScan, WallsAlongTheEdgesOfTheScan) {
   // The box's walls stand exactly on the scan's own lines, its corners on vertices.
   const std::string box = "S1,4-PRIS,3\nP1,10,10,-5\nP2,30,25,4\n";
