@@ -5,10 +5,12 @@
 #include <cmath>
 #include <unordered_map>
 #include <unordered_set>
+#include <variant>
 
 #include "core/base/exact_plan.h"
 #include "core/pair_key.h"
 #include "core/tessellate/scan_mesh.h"
+#include "core/tessellate/sheet_offset.h"
 
 namespace diesink {
 namespace {
@@ -19,12 +21,13 @@ constexpr std::uint32_t kNone = ScanSheet::kNone;
 class SheetSplitter {
  public:
   SheetSplitter(const Impl& surface, const Arrangement& arrangement, const ArcSamples& samples,
-                const ScanSheet& sheet, const ScanArcs& arcs)
+                const ScanSheet& sheet, const ScanArcs& arcs, double most_off)
       : surface_(surface),
         arrangement_(arrangement),
         samples_(samples),
         sheet_(sheet),
         arcs_(arcs),
+        most_off_(most_off),
         inside_(sheet.triangles.size()),
         touched_(arcs.touched) {}
 
@@ -47,7 +50,6 @@ class SheetSplitter {
   bool add_beyond();
   void add_untouched();
   void add_touched();
-  [[nodiscard]] double area_off_sheet(const std::array<std::uint32_t, 3>& t) const;
   Result<bool> triangulate();
   [[nodiscard]] Error crosses_itself() const;
   Status mark_seen();
@@ -59,6 +61,7 @@ class SheetSplitter {
   const ArcSamples& samples_;
   ScanSheet sheet_;
   const ScanArcs& arcs_;
+  double most_off_;
   std::size_t inside_;          // triangles of the scan; what follows lies beyond its border
   bool wants_beyond_ = false;   // a chord passes over the border
   std::vector<char> doubtful_;  // of the cut's triangles: may be no piece of one of the sheet
@@ -230,22 +233,6 @@ void SheetSplitter::add_touched() {
       a = b;
     }
   }
-}
-
-// The plan area of a triangle of the cut that is no piece of one of the sheet.
-double SheetSplitter::area_off_sheet(const std::array<std::uint32_t, 3>& t) const {
-  const Vec3 &a = out_.sheet.points[t[0]], &b = out_.sheet.points[t[1]],
-             &c = out_.sheet.points[t[2]];
-  const Vec3 m = (a + b + c) / 3;
-  const double area = 0.5 * ((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
-  BaseHit hit;
-  if (!surface_.base_at(m.x(), m.y(), hit)) return area;
-  for (const Vec3* p : {&a, &b, &c}) {
-    const double z = hit.z + hit.zx * (p->x() - m.x()) + hit.zy * (p->y() - m.y());
-    // As far as arcs' points are known.
-    if (!(std::fabs(z - p->z()) <= 1e-9 * surface_.size)) return area;
-  }
-  return 0;
 }
 
 // Sheet edges run over points of arcs that lie on them, and give way to chords too close to them to
@@ -442,9 +429,23 @@ Status SheetSplitter::mark_seen() {
   return ok();
 }
 
+// Of the triangles that may be no piece of one of the sheet: how far they are off it, if not too
+// far, or else what of the plan they cover.
 void SheetSplitter::measure_unproven() {
+  const auto& scan = std::get<ScannedSurface>(surface_.base);
   for (std::size_t t = 0; t < doubtful_.size(); ++t) {
-    if (doubtful_[t] && out_.base[t]) out_.unproven_area += area_off_sheet(out_.sheet.triangles[t]);
+    if (!doubtful_[t] || !out_.base[t]) continue;
+    const std::array<std::uint32_t, 3>& v = out_.sheet.triangles[t];
+    const Vec3 &a = out_.sheet.points[v[0]], &b = out_.sheet.points[v[1]],
+               &c = out_.sheet.points[v[2]];
+    const SheetOffset offset = sheet_offset(scan, {a, b, c});
+    if (offset.height <= most_off_) {
+      out_.off_sheet = std::fmax(out_.off_sheet, offset.height);
+      out_.unproven_area += offset.beyond;
+    } else {
+      out_.unproven_area +=
+          0.5 * ((b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()));
+    }
   }
 }
 
@@ -476,8 +477,9 @@ Result<ScanCut> SheetSplitter::run() {
 }  // namespace
 
 Result<ScanCut> cut_sheet(const Impl& surface, const Arrangement& arrangement,
-                          const ArcSamples& samples, const ScanSheet& sheet, const ScanArcs& arcs) {
-  return SheetSplitter(surface, arrangement, samples, sheet, arcs).run();
+                          const ArcSamples& samples, const ScanSheet& sheet, const ScanArcs& arcs,
+                          double most_off) {
+  return SheetSplitter(surface, arrangement, samples, sheet, arcs, most_off).run();
 }
 
 }  // namespace diesink

@@ -17,14 +17,18 @@ struct ScanCut {
   std::vector<std::uint32_t> arc_point;  // of each vertex, or ArcSamples::kNone
   std::vector<char> base;                // of each triangle: whether it is seen
   Label label = kNoLabel;                // of the base; kNoLabel where nothing of it is seen
-  double unproven_area = 0;  // in plan, of triangles whose edges had to give way to others
+  // Of triangles whose edges had to give way to others: how far they are off the sheet along
+  // vertical lines, and the plan area of those that are too far.
+  double off_sheet = 0, unproven_area = 0;
   std::vector<ArcUse> uses;  // the arcs with the base on their left
 };
 
-// Needs: arcs cut by cut_arcs() and sampled; every arc point on an edge of the sheet is a node.
+// Needs: arcs cut by cut_arcs() and sampled; every arc point on an edge of the sheet is a node;
+//        a surface over the sheet. most_off: what off_sheet may be.
 // Errors: kInput (our own failure told as such) where the borders cannot be triangulated.
 Result<ScanCut> cut_sheet(const CompoundSurface::Impl& surface, const Arrangement& arrangement,
-                          const ArcSamples& samples, const ScanSheet& sheet, const ScanArcs& arcs);
+                          const ArcSamples& samples, const ScanSheet& sheet, const ScanArcs& arcs,
+                          double most_off);
 
 // Leaves what is seen and thins it; points of arcs go too, where the arc stays within `sag` of what
 // is left, and are dropped from the samples. Returns the largest vertical distance between what is

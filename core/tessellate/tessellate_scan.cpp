@@ -38,6 +38,9 @@ constexpr double kMostSag = 1.2;
 // Of the tolerance: what the base may use even where chords leave it less.
 constexpr double kLeastSheetShare = 0.25;
 
+// Of the tolerance: how far off the scan its triangles may be where edges gave way to chords.
+constexpr double kMostOffSheet = 0.1;
+
 // Cells of the arrangement for the solids, and eight more a triangle of the sheet: a closed body in
 // place of a scan may ask for many more, for upright walls that meet solids upright.
 // (Not more than kMostInOne in one piece: the search of an assembly of thousands of walls shall
@@ -176,13 +179,15 @@ struct FaceOptions {
 Result<Faces> mesh_faces(const CompoundSurface& surface, const ScanSheet& sheet,
                          const Arrangement& arrangement, const ScanArcs& arcs, ArcSamples& samples,
                          FaceOptions options) {
-  Result<ScanCut> cut = cut_sheet(surface.impl(), arrangement, samples, sheet, arcs);
-  if (!cut) return cut.error();
   const double budget = options.regions.tolerance, most_sag = kMostSag * options.sag;
-  options.thin.tolerance = std::fmax(kLeastSheetShare * budget,
-                                     budget - std::fmax(most_sag, largest_bound(samples, *cut)));
+  Result<ScanCut> cut =
+      cut_sheet(surface.impl(), arrangement, samples, sheet, arcs, kMostOffSheet * budget);
+  if (!cut) return cut.error();
+  options.thin.tolerance =
+      std::fmax(kLeastSheetShare * budget,
+                budget - cut->off_sheet - std::fmax(most_sag, largest_bound(samples, *cut)));
   Faces faces;
-  faces.base_bound = thin_cut(*cut, arrangement, samples, options.thin, most_sag);
+  faces.base_bound = cut->off_sheet + thin_cut(*cut, arrangement, samples, options.thin, most_sag);
   Result<std::vector<RegionMesh>> regions =
       mesh_regions(surface.impl(), arrangement, samples, options.regions);
   if (!regions) return regions.error();
@@ -212,8 +217,8 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
                        machining.y_range[1]};
   std::optional<CompoundSurface> mended;
   double closed = 0;
-  if (std::optional<ClosedScan> cracks = close_cracks(
-          std::get<ScannedSurface>(given.impl().base), domain, way.cracks * tolerance)) {
+  if (std::optional<ClosedScan> cracks = close_cracks(std::get<ScannedSurface>(given.impl().base),
+                                                      domain, way.cracks * tolerance)) {
     Result<CompoundSurface> made = over_mesh(given, std::move(cracks->mesh));
     if (!made) return made.error();
     mended.emplace(std::move(*made));
@@ -327,6 +332,9 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
   face_options.regions.skip_base = true;
   Result<Faces> faces = mesh_faces(surface, sheet, *arrangement, arcs, *samples, face_options);
   if (!faces) {
+    // Thinning has left points of arcs out: without those chords would not follow the facets.
+    samples.emplace(surface.impl(), *arrangement, sampling);
+    samples->sample_all(options.threads);
     std::optional<Arrangement> chords = untangle(surface.impl(), *arrangement, *samples, 0);
     if (!chords) return faces.error();
     samples.reset();
