@@ -5,6 +5,7 @@
 #include "core/machining/left_over.h"
 #include "core/machining/path_links.h"
 #include "core/machining/segment_profile.h"
+#include "core/machining/uncut_proof.h"
 
 namespace diesink {
 
@@ -20,6 +21,7 @@ struct ClosingOptions {
   double above = 0;  // points of a run this close to a straight move are left out
   double lift = 0;   // from the offset's cutter to the one that cuts
   bool oneway = false;
+  int threads = 0;
 };
 
 // Cuts runs over rows of the lattice, first far apart, then closer, where the rows before did not
@@ -28,6 +30,14 @@ struct ClosingOptions {
 // the most by which a move lies under the lowest safe height of the offset's cutter.
 double close_left_over(LeftOver& left, SegmentProfile& profile, const ClosingOptions& options,
                        const PathStream& stream, PathJoiner& joiner, PathReport& report);
+
+// Proves that no more than the limit stays between the lattice's points either; cuts runs where
+// that fails and a cutter fits, and tells in left_area, left_height and unsettled_area where they
+// do not help. What stays where no cutter fits is added to unreachable_area. Needs: `proof` has
+// every move so far and is given those of `joiner` as they come. Bound: as close_left_over.
+double close_unproven(UncutProof& proof, LeftOver& left, SegmentProfile& profile,
+                      const ClosingOptions& options, const PathStream& stream, PathJoiner& joiner,
+                      PathReport& report);
 
 // Adds what still stays to left_area, left_height and left_spacing of the report.
 void tell_left_over(LeftOver& left, PathReport& report);

@@ -9,6 +9,7 @@
 #include "core/machining/interference.h"
 #include "core/machining/move_bins.h"
 #include "core/machining/passed_move.h"
+#include "core/machining/tool_path_plan.h"
 #include "core/parallel.h"
 
 namespace diesink {
@@ -326,7 +327,7 @@ bool LeftOver::kept_above_all_round(const Vec2& at, double tip) const {
   return false;
 }
 
-bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) {
+bool LeftOver::fits(Points& points, std::size_t k, const Vec2& over) const {
   if (points.fit[k] == Fit::kUnknown) {
     const Vec3 at = tip(points, k, over);
     const Span inside = domain_.pass(at.y());
@@ -435,7 +436,8 @@ LeftOver::Place LeftOver::beside(Points& points, std::size_t k, const Vec2& over
   return found ? best : Place{0, Vec3::Zero()};
 }
 
-LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over, double least) {
+LeftOver::Place LeftOver::place(Points& points, std::size_t k, const Vec2& over,
+                                double least) const {
   const Place none{0, Vec3::Zero()};
   // The quick answers first: what stays is no more than what stands straight up, and the distance
   // to the surface beside walls takes longest.
@@ -502,6 +504,61 @@ void LeftOver::add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs
     Between& points = between_[tile_of(i, j)];
     if (!points.begin.empty()) add_cell_run(points, i, j, last, runs);
   }
+}
+
+std::size_t LeftOver::nearest_point(const Vec2& at) const {
+  const auto nearest = [](double v, std::size_t count) {
+    return static_cast<std::size_t>(std::clamp(v + 0.5, 0.0, static_cast<double>(count - 1)));
+  };
+  return nearest((at.y() - y0_) * per_y_, rows_) * columns_ +
+         nearest((at.x() - x0_) * per_x_, columns_);
+}
+
+double LeftOver::stands_near(const Vec2& at) const {
+  const std::size_t k = nearest_point(at);
+  const double above = lattice_.left[k] - lattice_.z[k];
+  return above < kInfinity ? above * static_cast<double>(lattice_.nz[k]) : 0;  // holes, too
+}
+
+LeftOver::Points LeftOver::one(const CcContact& at, double top) const {
+  Points point;
+  point.resize(1);
+  take(point, 0, at.p.head<2>(), at.p.z(), offset_->from_frame(at.n));
+  point.left[0] = top;
+  return point;
+}
+
+bool LeftOver::lowers(const Vec3& tip, const Vec2& at, double top) const {
+  constexpr double kWorth = 1e-3;  // of what may stay
+  const double grown = offset_->cutter().radius() - cutter_.radius();
+  const double rho = (tip.head<2>() - at).norm();
+  return rho <= cutter_.radius() &&
+         tip.z() + grown + cutter_.height(rho) < top - kWorth * limits_.call;
+}
+
+bool LeftOver::fits_at(const CcContact& at, double top) const {
+  Points point = one(at, top);
+  const Vec2 over = at.p.head<2>();
+  if (!fits(point, 0, over)) return false;
+  // On a slope a cutter that comes as near as that along the normal may be far up.
+  Vec3 there = tip(point, 0, over);
+  there.z() = drop_->at(there.x(), there.y());
+  return lowers(there, over, top);
+}
+
+bool LeftOver::falls_off_at(const Vec2& at) const {
+  const std::size_t k = nearest_point(at);
+  return falls_off(lattice_, k, at);
+}
+
+LeftOver::Seen LeftOver::see(const CcContact& at, double top) const {
+  Points point = one(at, top);
+  const Vec2 over = at.p.head<2>();
+  const Place found = place(point, 0, over, limits_.call);
+  if (!(found.height > 0)) return {};
+  Seen seen{found.height, found.tip};
+  if (seen.tip.z() == kNoContact) seen.tip.z() = drop_->at(seen.tip.x(), seen.tip.y());
+  return lowers(seen.tip, over, top) ? seen : Seen{};
 }
 
 std::vector<std::vector<Vec3>> LeftOver::open_runs(std::size_t stride) {

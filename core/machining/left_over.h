@@ -15,6 +15,7 @@
 
 namespace diesink {
 
+struct CcContact;
 struct PassedMove;
 class MoveBins;
 
@@ -51,6 +52,20 @@ class LeftOver {
   };
   Rest rest();
 
+  // What a place on the surface is where `top` stands over it, whether one of the lattice's or not.
+  struct Seen {
+    double height = 0;        // of what stays, where that is more than `call` and can be cut
+    Vec3 tip = Vec3::Zero();  // where from, then: of the offset's cutter
+  };
+  [[nodiscard]] Seen see(const CcContact& at, double top) const;
+  // Whether a cutter that touches the surface there, with nothing of it in the part, leaves less.
+  [[nodiscard]] bool fits_at(const CcContact& at, double top) const;
+  // What stands at the nearest point of the lattice, along the normal; 0 where nothing is known.
+  [[nodiscard]] double stands_near(const Vec2& at) const;
+  // Whether that falls off steeply, as at a ridge beside a wall.
+  [[nodiscard]] bool falls_off_at(const Vec2& at) const;
+
+  [[nodiscard]] const LeftOverLimits& limits() const { return limits_; }
   [[nodiscard]] double spacing() const { return step_; }
   // A run may pass its tips by so far in plan, and the rim still meets what is between them.
   [[nodiscard]] double beside_run() const { return beside_run_ / 2; }
@@ -115,11 +130,15 @@ class LeftOver {
   };
 
   // Takes what the surface has at a point.
-  void take(Points& points, std::size_t k, const Vec2& at);
-  void take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal);
+  void take(Points& points, std::size_t k, const Vec2& at) const;
+  void take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal) const;
+  [[nodiscard]] Points one(const CcContact& at, double top) const;
+  // Whether the offset's cutter at `tip` makes the real one leave less over a place.
+  [[nodiscard]] bool lowers(const Vec3& tip, const Vec2& at, double top) const;
   [[nodiscard]] double call(const Points& points, std::size_t k) const {
     return limits_.call - static_cast<double>(points.slack[k]);
   }
+  [[nodiscard]] std::size_t nearest_point(const Vec2& at) const;
   // Those of a row of the lattice.
   void take_row(std::size_t j, std::span<const PlanBox> places);
   void divide_cells();
@@ -157,7 +176,7 @@ class LeftOver {
   [[nodiscard]] double distance(const Vec3& top, const Vec2& foot, double above,
                                 double enough) const;
   [[nodiscard]] Vec3 tip(const Points& points, std::size_t k, const Vec2& at) const;
-  [[nodiscard]] bool fits(Points& points, std::size_t k, const Vec2& at);
+  [[nodiscard]] bool fits(Points& points, std::size_t k, const Vec2& at) const;
   // Adds the points of a row where more than `call` stays to its runs; of a band the worst between
   // two columns.
   void add_row_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
@@ -166,7 +185,7 @@ class LeftOver {
   void add_band_runs(std::size_t j, std::vector<std::vector<Vec3>>& runs);
   void add_to_runs(Vec3 tip, bool goes_on, std::vector<std::vector<Vec3>>& runs);
   // More than `least` stays, and the cutter fits by equation (6) or from beside.
-  [[nodiscard]] Place place(Points& points, std::size_t k, const Vec2& at, double least);
+  [[nodiscard]] Place place(Points& points, std::size_t k, const Vec2& at, double least) const;
   // Where what is left falls off steeply, as at a ridge beside a wall or at the domain's side, a
   // cutter that stands free holds it deeper than `least`, though none touches the point itself.
   [[nodiscard]] Place beside(Points& points, std::size_t k, const Vec2& at, double least) const;

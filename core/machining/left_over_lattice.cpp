@@ -53,12 +53,13 @@ void LeftOver::Points::resize(std::size_t count) {
   slack.resize(count, 0);
 }
 
-void LeftOver::take(Points& points, std::size_t k, const Vec2& at) {
+void LeftOver::take(Points& points, std::size_t k, const Vec2& at) const {
   const Vec3 p = offset_->from_frame({at.x(), at.y(), 0});
   if (const auto cc = surface_->at(p.x(), p.y())) take(points, k, at, cc->z, cc->n);
 }
 
-void LeftOver::take(Points& points, std::size_t k, const Vec2& at, double z, const Vec3& normal) {
+void LeftOver::take(Points& points, std::size_t k, const Vec2& at, double z,
+                    const Vec3& normal) const {
   const Vec3 n = offset_->to_frame(normal);
   points.z[k] = z;
   points.left[k] = kInfinity;

@@ -14,6 +14,7 @@
 #include "core/machining/path_links.h"
 #include "core/machining/run_order.h"
 #include "core/machining/tool_path_plan.h"
+#include "core/machining/uncut_proof.h"
 #include "core/machining/wall_runs.h"
 #include "core/number.h"
 
@@ -171,6 +172,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
   // What stays beside concave edges and on the far sides of contacts is seen where it is left.
   std::optional<LeftOver> left;
   std::optional<FrameDomain> frame;
+  std::optional<UncutProof> proof;
   if (!options.interval && !options.keep_interference) {
     const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
                                        machining.y_range[0], machining.y_range[1]};
@@ -178,7 +180,13 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
     frame.emplace(offset, domain);
     left.emplace(surface, offset, drop, *real, *frame, left_over_limits(limit),
                  real->radius() / kLatticePart, options.threads);
-    stream.watch([&](const Vec3& from, const Vec3& to) { left->cut(from, to); });
+    if (deviation < limit) {
+      proof.emplace(mesh, offset, *real, *frame, limit - deviation, options.threads);
+    }
+    stream.watch([&](const Vec3& from, const Vec3& to) {
+      left->cut(from, to);
+      if (proof) proof->cut(from, to);
+    });
   }
   InterferenceCounts counts;
   const double inside = std::fmax(options.intol, 1e-3 * options.outtol);
@@ -269,11 +277,14 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
     }
     cut_nearest_first(std::move(along_walls), options.pattern == PathPattern::kOneway, stream,
                       joiner);
-    worst = std::fmax(worst, close_left_over(*left, profile,
-                                             {tolerance, options.outtol / 4, grow,
-                                              options.pattern == PathPattern::kOneway},
-                                             stream, joiner, report));
+    const ClosingOptions closing{tolerance, options.outtol / 4, grow,
+                                 options.pattern == PathPattern::kOneway, options.threads};
+    worst = std::fmax(worst, close_left_over(*left, profile, closing, stream, joiner, report));
     tell_left_over(*left, report);
+    if (proof) {
+      worst =
+          std::fmax(worst, close_unproven(*proof, *left, profile, closing, stream, joiner, report));
+    }
   }
   joiner.finish();
   if (const Status done = stream.finish(); !done) return done.error();

@@ -20,6 +20,7 @@
 #include "core/machining/steep_regions.h"
 #include "core/machining/strip_refine.h"
 #include "core/machining/tool_path_plan.h"
+#include "core/machining/uncut_proof.h"
 #include "core/machining/wall_runs.h"
 #include "core/number.h"
 #include "core/parallel.h"
@@ -302,10 +303,15 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     doubts.emplace(*surface, offset, *drop, *real, frame, left_over_limits(limit),
                    real->radius() / kLatticePart, options.threads);
   }
+  std::optional<UncutProof> proof;
+  if (left && deviation < limit) {
+    proof.emplace(mesh, offset, *real, frame, limit - deviation, options.threads);
+  }
   if (left) {
     stream.watch([&](const Vec3& from, const Vec3& to) {
       left->cut(from, to);
       if (doubts) doubts->cut(from, to);
+      if (proof) proof->cut(from, to);
     });
   }
   if (const Status done = planner.plan(joiner, stream, doubts ? &*doubts : nullptr, report);
@@ -349,7 +355,7 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   if (!stream.failed() && left) {
     report.unsettled_area = 0;  // it is looked at instead
     const ClosingOptions closing{budget->below, budget->above / 2, grow,
-                                 options.pattern == PathPattern::kOneway};
+                                 options.pattern == PathPattern::kOneway, options.threads};
     const auto close = [&](LeftOver& look) {
       worst = std::fmax(worst, close_left_over(look, *profile, closing, stream, joiner, report));
     };
@@ -363,6 +369,10 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
       for (LeftOver& look : doubts->looks()) tell_left_over(look, closely);
       report.left_area = std::fmax(report.left_area, closely.left_area);
       report.left_height = std::fmax(report.left_height, closely.left_height);
+    }
+    if (proof) {
+      worst = std::fmax(worst,
+                        close_unproven(*proof, *left, *profile, closing, stream, joiner, report));
     }
   }
   joiner.finish();

@@ -110,7 +110,7 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
   const UnreachableArea unreachable =
       unreachable_area(*wide, offset, drop, domain, options.outtol + mesh_options.tolerance,
                        kReachSamples, options.threads);
-  planned->unreachable_area = unreachable.area;
+  planned->unreachable_area = std::fmax(planned->unreachable_area, unreachable.area);
   planned->unreachable_height = unreachable.height;
   progress(1);
   return planned;

@@ -55,7 +55,7 @@ struct PathReport {
   double least_interval = 0, greatest_interval = 0;
   std::size_t added_runs = 0;  // put in between passes, where they would leave too much
   std::size_t wall_runs = 0;   // along the feet of walls
-  // In plan, where what stays between passes could not be bounded and nothing looked at it, or at
+  // In plan, where what stays between passes could not be bounded, or nothing looked at it, or at
   // points too far apart.
   double unsettled_area = 0;
   std::size_t closing_runs = 0;  // over what was seen to stay too high between passes
@@ -67,7 +67,10 @@ struct PathReport {
   double undercut_bound = 0;  // no move stays higher over the lowest safe tip than this; drop only
   double mesh_deviation = 0;  // of the mesh the cutter was dropped on
   double uncertified_area = 0;    // of that mesh: there the bounds are not proven
-  double unreachable_area = 0;    // plan area where this cutter cannot touch the surface
+  // Plan area where this cutter, its axis in the domain, cannot touch the surface, or leaves more
+  // than OUTTOL and the cusp height from wherever it may stand. Where the cusp height is given, all
+  // that is neither proven to keep that nor in left_area or unsettled_area.
+  double unreachable_area = 0;
   double unreachable_height = 0;  // the most it must leave there, to the spacing of the examination
   std::size_t loops_removed = 0, crossings_inserted = 0;  // cc only: Fig. 12
 };
@@ -88,7 +91,8 @@ struct PlannedPath {
 //         tessellator and the receiver return. Nothing is handed over before the path is known not
 //         to be empty.
 // Same points for any thread count. Memory: the mesh and its offset surface, a few passes, and the
-// runs put in that are not yet cut.
+// runs put in that are not yet cut; where the cusp height is given, the moves, for the proof of
+// what stays.
 Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& options,
                              PathReceiver& receiver);
 

@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/machining/uncut_proof.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/machining/interference.h"
+#include "core/parallel.h"
+
+namespace diesink {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Of the radius: parts that a thread takes from another, parts to begin with, parts that stay open
+// where the limit is not kept, at the most and at the least, and where it is kept at all points
+// that were looked at.
+constexpr double kShared = 8, kFirst = 0.25, kWidest = 1.0 / 16, kNarrow = 1.0 / 48,
+                 kFinest = 1.0 / 65536;
+// Of a part, what has to be cut off it to go on with what is left as it is.
+constexpr double kWorth = 1.0 / 8;
+// Of the radius: no part is so narrow, but by rounding of its corners.
+constexpr double kRounding = 1e-9;
+constexpr int kSideHalves = 6;
+// Corners of what is left; halves of it have at most four more, as their cuts lie along the axes.
+constexpr std::size_t kMostOfRest = FacetPart::kMostCorners - 5;
+
+// Of a bin, by how much it reaches beyond itself: a move on the line between two is in both.
+constexpr double kBinHair = 1e-6;
+// Moves side by side in a bin; bins, of the radius.
+constexpr double kBinMoves = 1.5, kLeastBin = 1.0 / 64, kMostBin = 1.0 / 8;
+
+double wider_side(const PlanBox& box) { return std::max(box.x1 - box.x0, box.y1 - box.y0); }
+
+// From a point to all that is on a triangle, of the normal n, and below it.
+double distance_to_column(const std::array<Vec3, 3>& v, const Vec3& n, const Vec3& p) {
+  const double above = n.dot(p - v[0]);
+  bool over = true, foot_inside = true;
+  double best2 = kInfinity;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 side = v[(k + 1) % 3] - v[k], off = p - v[k];
+    over = over && side.x() * off.y() - side.y() * off.x() >= 0;
+    foot_inside = foot_inside && n.cross(side).dot(off) >= 0;
+    const double t = std::clamp(off.dot(side) / side.squaredNorm(), 0.0, 1.0);
+    best2 = std::min(best2, (off - t * side).squaredNorm());
+    // The upright face under the side.
+    const double plan2 = side.head<2>().squaredNorm();
+    const double s =
+        plan2 > 0 ? std::clamp(off.head<2>().dot(side.head<2>()) / plan2, 0.0, 1.0) : 0;
+    if (off.z() <= s * side.z()) {
+      best2 = std::min(best2, (off - s * side).head<2>().squaredNorm());
+    }
+  }
+  if (over && above <= 0) return 0;
+  return above > 0 && foot_inside ? above : std::sqrt(best2);
+}
+
+// The part on the side of the line that `inside` is not negative on.
+template <class Side>
+FacetPart cut_by(const FacetPart& in, const Side& side) {
+  FacetPart out;
+  out.facet = in.facet;
+  for (std::size_t k = 0; k < in.size; ++k) {
+    const Vec3 &a = in.p[k], &b = in.p[(k + 1) % in.size];
+    const double da = side(a), db = side(b);
+    if (da >= 0) out.p[out.size++] = a;
+    if ((da > 0 && db < 0) || (da < 0 && db > 0)) out.p[out.size++] = a + da / (da - db) * (b - a);
+  }
+  return out;
+}
+
+std::array<FacetPart, 2> halves(const FacetPart& part) {
+  const PlanBox box = part.box();
+  const int axis = box.x1 - box.x0 >= box.y1 - box.y0 ? 0 : 1;
+  const double at = axis == 0 ? (box.x0 + box.x1) / 2 : (box.y0 + box.y1) / 2;
+  return {cut_by(part, [&](const Vec3& p) { return at - p[axis]; }),
+          cut_by(part, [&](const Vec3& p) { return p[axis] - at; })};
+}
+
+}  // namespace
+
+Vec3 FacetPart::middle() const {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = 0; k < size; ++k) sum += p[k];
+  return sum / static_cast<double>(size);
+}
+
+double FacetPart::area() const {
+  double twice = 0;
+  for (std::size_t k = 2; k < size; ++k) {
+    const Vec3 a = p[k - 1] - p[0], b = p[k] - p[0];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return std::fabs(twice) / 2;
+}
+
+PlanBox FacetPart::box() const {
+  PlanBox box{kInfinity, -kInfinity, kInfinity, -kInfinity};
+  for (std::size_t k = 0; k < size; ++k) {
+    box.x0 = std::min(box.x0, p[k].x());
+    box.x1 = std::max(box.x1, p[k].x());
+    box.y0 = std::min(box.y0, p[k].y());
+    box.y1 = std::max(box.y1, p[k].y());
+  }
+  return box;
+}
+
+template <class Do>
+void PathMoves::each_bin(const PassedMove& move, const Do& act) const {
+  const auto bin = [&](double at, double from, std::size_t count) {
+    return static_cast<std::size_t>(
+        std::clamp((at - from) * bins_.per, 0.0, static_cast<double>(count - 1)));
+  };
+  const double hair = kBinHair / bins_.per;
+  for (std::size_t j = bin(move.y0 - hair, bins_.y0, bins_.rows),
+                   last = bin(move.y1 + hair, bins_.y0, bins_.rows);
+       j <= last; ++j) {
+    const double low = bins_.y0 + static_cast<double>(j) / bins_.per;
+    const auto [x0, x1] = move.over(low - hair, low + 1 / bins_.per + hair);
+    for (std::size_t i = bin(x0 - hair, bins_.x0, bins_.columns),
+                     end = bin(x1 + hair, bins_.x0, bins_.columns);
+         i <= end; ++i) {
+      act(j * bins_.columns + i);
+    }
+  }
+}
+
+void PathMoves::bin() {
+  constexpr double kMostBins = 1e6;
+  double length = 0;
+  PlanBox all{kInfinity, -kInfinity, kInfinity, -kInfinity};
+  for (const PassedMove& move : moves_) {
+    all = {std::min({all.x0, move.from.x(), move.from.x() + move.d.x()}),
+           std::max({all.x1, move.from.x(), move.from.x() + move.d.x()}), std::min(all.y0, move.y0),
+           std::max(all.y1, move.y1)};
+    length += move.length;
+  }
+  bins_ = {};
+  if (moves_.empty()) return;
+  // About as wide as the moves lie apart, so that those around a bin are among the nearest.
+  const double area = (all.x1 - all.x0) * (all.y1 - all.y0), R = cutter_.radius();
+  const double apart = length > 0 ? area / length : R;
+  const double cell = std::max(std::clamp(kBinMoves * apart, kLeastBin * R, kMostBin * R),
+                               std::sqrt(area / kMostBins));
+  bins_.x0 = all.x0;
+  bins_.y0 = all.y0;
+  bins_.per = 1 / cell;
+  bins_.columns = static_cast<std::size_t>((all.x1 - all.x0) * bins_.per) + 1;
+  bins_.rows = static_cast<std::size_t>((all.y1 - all.y0) * bins_.per) + 1;
+  const std::size_t count = bins_.columns * bins_.rows;
+  bins_.begin.assign(count + 2, 0);
+  bins_.levels.push_back({bins_.columns, bins_.rows, std::vector<double>(count, kInfinity)});
+  std::vector<double>& low = bins_.levels.front().low;
+  for (const PassedMove& move : moves_) {
+    each_bin(move, [&](std::size_t b) {
+      ++bins_.begin[b + 2];
+      low[b] = std::min(low[b], move.low);
+    });
+  }
+  for (std::size_t b = 2; b < bins_.begin.size(); ++b) bins_.begin[b] += bins_.begin[b - 1];
+  bins_.items.resize(bins_.begin.back());
+  for (std::uint32_t k = 0; k < moves_.size(); ++k) {
+    each_bin(moves_[k], [&](std::size_t b) { bins_.items[bins_.begin[b + 1]++] = k; });
+  }
+  while (bins_.levels.back().low.size() > 1) {
+    const Level& under = bins_.levels.back();
+    Level level{(under.columns + 1) / 2, (under.rows + 1) / 2, {}};
+    level.low.assign(level.columns * level.rows, kInfinity);
+    for (std::size_t k = 0; k < under.low.size(); ++k) {
+      double& least = level.low[k / under.columns / 2 * level.columns + k % under.columns / 2];
+      least = std::min(least, under.low[k]);
+    }
+    bins_.levels.push_back(std::move(level));
+  }
+}
+
+double PathMoves::height(std::uint32_t move, const Vec2& p) const {
+  double left = kInfinity;
+  moves_[move].lower(cutter_, p, left);
+  return left;
+}
+
+void PathMoves::lowest_of(std::size_t bin, const Vec2& p, std::uint32_t& best,
+                          double& below) const {
+  for (std::uint32_t k = bins_.begin[bin]; k < bins_.begin[bin + 1]; ++k) {
+    const double before = below;
+    moves_[bins_.items[k]].lower(cutter_, p, below);
+    if (below < before) best = bins_.items[k];
+  }
+}
+
+void PathMoves::lowest_of(std::size_t level, std::size_t i, std::size_t j, const Vec2& p,
+                          std::uint32_t& best, double& below) const {
+  if (level == 0) {
+    lowest_of(j * bins_.columns + i, p, best, below);
+    return;
+  }
+  // The least that a move in each of the four below may leave over p, the least first.
+  const Level& under = bins_.levels[level - 1];
+  const double cell = static_cast<double>(std::size_t{1} << (level - 1)) / bins_.per;
+  const double hair = kBinHair / bins_.per;
+  struct Child {
+    double least;
+    std::size_t i, j;
+  };
+  std::array<Child, 4> children;
+  std::size_t count = 0;
+  for (std::size_t cj = 2 * j; cj < std::min(2 * j + 2, under.rows); ++cj) {
+    for (std::size_t ci = 2 * i; ci < std::min(2 * i + 2, under.columns); ++ci) {
+      const double low = under.low[cj * under.columns + ci];
+      if (!(low < below)) continue;
+      const double x = bins_.x0 + static_cast<double>(ci) * cell - hair - p.x();
+      const double y = bins_.y0 + static_cast<double>(cj) * cell - hair - p.y();
+      const double gap_x = std::max({0.0, x, -x - cell - 2 * hair});
+      const double gap_y = std::max({0.0, y, -y - cell - 2 * hair});
+      const double gap2 = gap_x * gap_x + gap_y * gap_y;
+      if (gap2 > cutter_.radius() * cutter_.radius()) continue;
+      const double least = low + cutter_.height(std::sqrt(gap2));
+      if (!(least < below)) continue;
+      std::size_t at = count++;
+      for (; at > 0 && least < children[at - 1].least; --at) children[at] = children[at - 1];
+      children[at] = {least, ci, cj};
+    }
+  }
+  for (std::size_t k = 0; k < count && children[k].least < below; ++k) {
+    lowest_of(level - 1, children[k].i, children[k].j, p, best, below);
+  }
+}
+
+std::uint32_t PathMoves::lowest(const Vec2& p, double& below) const {
+  std::uint32_t best = kNone;
+  if (!moves_.empty()) lowest_of(bins_.levels.size() - 1, 0, 0, p, best, below);
+  return best;
+}
+
+std::uint32_t PathMoves::lowest_near(const Vec2& tip, const Vec2& p, double& below) const {
+  std::uint32_t best = kNone;
+  if (moves_.empty()) return best;
+  const auto i0 = static_cast<long>(std::floor((tip.x() - bins_.x0) * bins_.per));
+  const auto j0 = static_cast<long>(std::floor((tip.y() - bins_.y0) * bins_.per));
+  for (long j = std::max(0L, j0 - 1); j <= std::min(j0 + 1, static_cast<long>(bins_.rows) - 1);
+       ++j) {
+    for (long i = std::max(0L, i0 - 1); i <= std::min(i0 + 1, static_cast<long>(bins_.columns) - 1);
+         ++i) {
+      lowest_of(static_cast<std::size_t>(j) * bins_.columns + static_cast<std::size_t>(i), p, best,
+                below);
+    }
+  }
+  return best;
+}
+
+// One thread's.
+class UncutProof::Whittler {
+ public:
+  Whittler(const UncutProof& proof, const Stands& stands, std::vector<FacetPart>& open)
+      : proof_(proof), stands_(stands), open_(open) {}
+
+  void look(FacetPart part) {
+    const double R = proof_.cutter_.radius();
+    while (part.size > 2) {
+      const double width = wider_side(part.box());
+      if (part.area() <= kRounding * R * width) return;
+      if (width > kFirst * R) {
+        const std::array<FacetPart, 2> both = halves(part);
+        look(both[0]);
+        part = both[1];
+        continue;
+      }
+      const double area = part.area();
+      const Tried tried = try_moves(part, width);
+      if (tried.done) return;
+      if (part.area() < (1 - kWorth) * area) continue;
+      // What is known to be too high all over it is not looked at more closely than at that.
+      const double over = stands_ && tried.over > 0 ? kWidest * R : tried.over;
+      const double least =
+          tried.kept_everywhere ? kFinest * R : std::clamp(over, kNarrow * R, kWidest * R);
+      if (width <= least) {
+        open_.push_back(part);
+        return;
+      }
+      const std::array<FacetPart, 2> both = halves(part);
+      look(both[0]);
+      part = both[1];
+    }
+  }
+
+ private:
+  struct Tried {
+    bool done = false;            // nothing is left
+    bool kept_everywhere = true;  // at the points looked at
+    double over = kInfinity;      // the least, where the limit is kept at none of them
+  };
+  // What keeps the limit at a place: a move, and the facet that is near.
+  struct Keeper {
+    std::uint32_t move = 0, facet = 0;
+  };
+
+  // With the moves that are lowest at the middle and at the corners.
+  Tried try_moves(FacetPart& part, double width) {
+    Tried tried;
+    bool somewhere = false;
+    const FacetPart whole = part;
+    const double enough = (1 - kWorth) * whole.area();
+    for (std::size_t k = 0; k <= whole.size; ++k) {
+      const Vec3 at = k == 0 ? whole.middle() : whole.p[k - 1];
+      double over = 0;
+      const std::optional<Keeper> keeper = keeper_at(part.facet, at, over);
+      if (!keeper) {
+        tried.kept_everywhere = false;
+        tried.over = std::min(tried.over, over);
+        if (k == 0 && over > width && width > kWidest * proof_.cutter_.radius()) return tried;
+        continue;
+      }
+      somewhere = true;
+      cut_off(part, *keeper);
+      tried.done = part.size < 3;
+      if (tried.done || part.area() < enough) return tried;
+    }
+    if (somewhere) tried.over = 0;
+    return tried;
+  }
+
+  [[nodiscard]] bool keeps(const Keeper& keeper, std::uint32_t own, const Vec3& p) const {
+    const double top = proof_.moves_.height(keeper.move, p.head<2>());
+    return proof_.keeps(keeper.facet, own, p, top);
+  }
+
+  std::optional<Keeper> keeper_at(std::uint32_t own, const Vec3& p, double& over) {
+    if (stands_) {
+      over = stands_(p.head<2>()) - proof_.limit_;
+      if (over > 0) return std::nullopt;
+    }
+    if (last_ != PathMoves::kNone && keeps({last_, own}, own, p)) return Keeper{last_, own};
+    const Facet& facet = proof_.facets_[own];
+    const Vec3 tip = tip_of(proof_.cutter_, {p, facet.n});
+    double top = kInfinity;
+    std::uint32_t move = proof_.moves_.lowest_near(tip.head<2>(), p.head<2>(), top);
+    if (move != PathMoves::kNone && proof_.keeps(own, own, p, top))
+      return Keeper{last_ = move, own};
+    const std::uint32_t lower = proof_.moves_.lowest(p.head<2>(), top);
+    if (lower != PathMoves::kNone) move = lower;
+    over = (top - p.z()) * facet.n.z() - proof_.limit_;
+    if (move == PathMoves::kNone) return std::nullopt;
+    const std::optional<std::uint32_t> near = proof_.nearby(own, p, top);
+    if (!near) return std::nullopt;
+    last_ = move;
+    return Keeper{move, *near};
+  }
+
+  // Cuts off the hull of the corners at which the keeper keeps the limit and of the places on the
+  // sides up to which it does, where the rest stays one convex part.
+  void cut_off(FacetPart& part, const Keeper& keeper) const {
+    std::array<bool, FacetPart::kMostCorners> kept{};
+    std::size_t count = 0, changes = 0;
+    for (std::size_t k = 0; k < part.size; ++k) {
+      kept[k] = keeps(keeper, part.facet, part.p[k]);
+      count += kept[k] ? 1 : 0;
+    }
+    if (count == part.size) {
+      part.size = 0;
+      return;
+    }
+    for (std::size_t k = 0; k < part.size; ++k) {
+      changes += kept[k] != kept[(k + 1) % part.size] ? 1 : 0;
+    }
+    if (changes != 2 || part.size - count + 2 > kMostOfRest) return;
+    FacetPart rest;
+    rest.facet = part.facet;
+    for (std::size_t k = 0; k < part.size; ++k) {
+      const std::size_t next = (k + 1) % part.size;
+      if (!kept[k]) rest.p[rest.size++] = part.p[k];
+      if (kept[k] == kept[next]) continue;
+      Vec3 in = part.p[kept[k] ? k : next], out = part.p[kept[k] ? next : k];
+      for (int half = 0; half < kSideHalves; ++half) {
+        const Vec3 middle = (in + out) / 2;
+        (keeps(keeper, part.facet, middle) ? in : out) = middle;
+      }
+      rest.p[rest.size++] = in;
+    }
+    part = rest;
+  }
+
+  const UncutProof& proof_;
+  const Stands& stands_;
+  std::vector<FacetPart>& open_;
+  std::uint32_t last_ = PathMoves::kNone;  // most often the neighbour's move keeps it, too
+};
+
+bool UncutProof::keeps(std::uint32_t facet, std::uint32_t own, const Vec3& p, double top) const {
+  if (!(top < kInfinity)) return false;
+  const Facet& f = facets_[facet];
+  if (facet == own) {
+    const double above = top - p.z();
+    if (above <= limit_) return true;
+    if (above * f.n.z() > limit_) return false;
+  }
+  return distance_to_column(f.v, f.n, {p.x(), p.y(), top}) <= limit_;
+}
+
+std::optional<std::uint32_t> UncutProof::nearby(std::uint32_t own, const Vec3& p,
+                                                double top) const {
+  if (keeps(own, own, p, top)) return own;
+  // Beside a wall, or where the surface rises or bends, another facet may be nearer.
+  std::optional<std::uint32_t> found;
+  if (!(top < kInfinity)) return found;
+  around_->over({p.x() - limit_, p.x() + limit_, p.y() - limit_, p.y() + limit_},
+                [&](std::uint32_t other) {
+                  if (!found && other != own && keeps(other, own, p, top)) found = other;
+                });
+  return found;
+}
+
+UncutProof::UncutProof(const TriangleMesh& mesh, const OffsetSurface& offset,
+                       const CutterShape& cutter, const FrameDomain& domain, double limit,
+                       int threads)
+    : cutter_(cutter), limit_(limit), threads_(threads), moves_(cutter) {
+  for (const auto& [i, j, k] : mesh.triangles) {
+    Facet facet{{offset.to_frame(mesh.positions[i]), offset.to_frame(mesh.positions[j]),
+                 offset.to_frame(mesh.positions[k])},
+                Vec3::Zero()};
+    const Vec3 n = (facet.v[1] - facet.v[0]).cross(facet.v[2] - facet.v[0]);
+    const double size = n.norm();
+    if (!faces_up(n, size)) continue;
+    facet.n = n / size;
+    facets_.push_back(facet);
+  }
+  for (std::uint32_t f = 0; f < facets_.size(); ++f) {
+    FacetPart part;
+    part.facet = f;
+    for (const Vec3& v : facets_[f].v) part.p[part.size++] = v;
+    boxes_.push_back(part.box());
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec2 &a = domain.corners()[k], side = domain.corners()[(k + 1) % 4] - a;
+      part = cut_by(part, [&](const Vec3& p) {
+        return side.x() * (p.y() - a.y()) - side.y() * (p.x() - a.x());
+      });
+    }
+    // The largest by several threads.
+    std::vector<FacetPart> waiting;
+    if (part.size > 2) waiting.push_back(part);
+    while (!waiting.empty()) {
+      const FacetPart next = waiting.back();
+      waiting.pop_back();
+      if (wider_side(next.box()) <= kShared * cutter.radius()) {
+        all_.push_back(next);
+        continue;
+      }
+      for (const FacetPart& half : halves(next)) {
+        if (half.size > 2) waiting.push_back(half);
+      }
+    }
+  }
+  around_.emplace(boxes_);
+}
+
+std::vector<FacetPart> UncutProof::unproven(const std::vector<FacetPart>& parts,
+                                            const Stands& stands) {
+  constexpr std::size_t kPartsABlock = 32;
+  if (!binned_) moves_.bin();
+  binned_ = true;
+  std::vector<std::vector<FacetPart>> found((parts.size() + kPartsABlock - 1) / kPartsABlock);
+  parallel_blocks(parts.size(), kPartsABlock, threads_,
+                  [&](std::size_t begin, std::size_t end, int) {
+                    Whittler whittler(*this, stands, found[begin / kPartsABlock]);
+                    for (std::size_t k = begin; k < end; ++k) whittler.look(parts[k]);
+                  });
+  std::vector<FacetPart> open;
+  for (std::vector<FacetPart>& some : found) open.insert(open.end(), some.begin(), some.end());
+  return open;
+}
+
+double UncutProof::top(const Vec2& p) const {
+  double below = kInfinity;
+  static_cast<void>(moves_.lowest(p, below));
+  return below;
+}
+
+}  // namespace diesink

@@ -1,0 +1,133 @@
+// What a path leaves over the surface, bounded everywhere and not only at points: facets are
+// whittled down, move by move, to the pieces over which more than a limit may stay.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/machining/frame_domain.h"
+#include "core/machining/offset_surface.h"
+#include "core/machining/passed_move.h"
+#include "core/mesh.h"
+#include "core/plan_bins.h"
+
+namespace diesink {
+
+// A convex part of a facet, its corners on the facet's plane.
+struct FacetPart {
+  static constexpr std::size_t kMostCorners = 16;
+  std::array<Vec3, kMostCorners> p;
+  std::size_t size = 0;
+  std::uint32_t facet = 0;  // of the proof's
+
+  [[nodiscard]] Vec3 middle() const;
+  [[nodiscard]] double area() const;  // in plan
+  [[nodiscard]] PlanBox box() const;
+};
+
+// The moves of a path as the places under them see them.
+class PathMoves {
+ public:
+  explicit PathMoves(const CutterShape& cutter) : cutter_(cutter) {}
+  void add(const Vec3& from, const Vec3& to) { moves_.emplace_back(from, to); }
+  // Has to be called after the last move, before the first question.
+  void bin();
+
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  // The move that comes lowest over p, as far as it comes under `below`: that becomes its height.
+  [[nodiscard]] std::uint32_t lowest(const Vec2& p, double& below) const;
+  // The same among those that pass near `tip` only.
+  [[nodiscard]] std::uint32_t lowest_near(const Vec2& tip, const Vec2& p, double& below) const;
+  [[nodiscard]] double height(std::uint32_t move, const Vec2& p) const;
+
+ private:
+  // Bins, or two by two of those of the level below.
+  struct Level {
+    std::size_t columns = 0, rows = 0;
+    std::vector<double> low;  // no tip in a bin is lower
+  };
+  struct Bins {
+    double x0 = 0, y0 = 0, per = 0;  // bins to a unit of length
+    std::size_t columns = 0, rows = 0;
+    std::vector<std::uint32_t> begin, items;  // of each bin, and the end
+    std::vector<Level> levels;                // the last is one
+  };
+  template <class Do>
+  void each_bin(const PassedMove& move, const Do& act) const;
+  void lowest_of(std::size_t bin, const Vec2& p, std::uint32_t& best, double& below) const;
+  void lowest_of(std::size_t level, std::size_t i, std::size_t j, const Vec2& p,
+                 std::uint32_t& best, double& below) const;
+
+  CutterShape cutter_;
+  std::vector<PassedMove> moves_;
+  Bins bins_;
+};
+
+// What one move leaves is a convex function of the place in plan, and so is the distance from there
+// to all that is on and below one facet: where a convex part of a facet keeps a limit at its
+// corners it does so everywhere. The corners that keep it, and the places on the sides up to which
+// they do, so cut a part off that needs no more look; the rest is tried with the next move.
+class UncutProof {
+ public:
+  // Of `mesh` over the domain. `offset` gives the frame, in which everything is. `cutter` is the
+  // one that cuts.
+  // Needs: limit > 0; `mesh` and `offset` outlive it.
+  UncutProof(const TriangleMesh& mesh, const OffsetSurface& offset, const CutterShape& cutter,
+             const FrameDomain& domain, double limit, int threads);
+
+  // A move of the cutter's tip.
+  void cut(const Vec3& from, const Vec3& to) {
+    moves_.add(from, to);
+    binned_ = false;
+  }
+
+  // The mesh over the domain.
+  [[nodiscard]] const std::vector<FacetPart>& all() const { return all_; }
+
+  // What of the parts is not proven to keep the limit, by the distance to the mesh, once all moves
+  // so far are made; no wider than a sixteenth of the radius.
+  // `stands` tells what is known to stand over a place, along the normal: where that is more than
+  // the limit the moves are not asked. It may be empty.
+  // Bound: what is not told keeps the limit, certain for the mesh. Same result for any thread
+  // count.
+  using Stands = std::function<double(const Vec2&)>;
+  [[nodiscard]] std::vector<FacetPart> unproven(const std::vector<FacetPart>& parts,
+                                                const Stands& stands);
+
+  [[nodiscard]] const Vec3& normal(const FacetPart& part) const { return facets_[part.facet].n; }
+  [[nodiscard]] double limit() const { return limit_; }
+  // Whether the mesh comes within the limit of what stands over a point of the part.
+  [[nodiscard]] bool keeps(const FacetPart& part, const Vec3& p, double top) const {
+    return nearby(part.facet, p, top).has_value();
+  }
+  // What stands over a place; infinity where nothing was cut.
+  [[nodiscard]] double top(const Vec2& p) const;
+
+ private:
+  struct Facet {
+    std::array<Vec3, 3> v;
+    Vec3 n;
+  };
+  class Whittler;
+  // A facet that comes within the limit of what stands over a point of the facet `own`.
+  [[nodiscard]] std::optional<std::uint32_t> nearby(std::uint32_t own, const Vec3& p,
+                                                    double top) const;
+  [[nodiscard]] bool keeps(std::uint32_t facet, std::uint32_t own, const Vec3& p, double top) const;
+
+  CutterShape cutter_;
+  double limit_;
+  int threads_;
+  std::vector<Facet> facets_;
+  std::vector<PlanBox> boxes_;      // of the facets
+  std::optional<PlanBins> around_;  // of the boxes
+  PathMoves moves_;
+  std::vector<FacetPart> all_;
+  bool binned_ = false;
+};
+
+}  // namespace diesink
