@@ -12,15 +12,16 @@ namespace diesink {
 // where they lie within `width` of one another, and what then has two corners in one is left out;
 // those within `width` of a side of the domain go onto it. Rounding and stitching leave such gaps
 // and overlaps between facets, turning a scan such slivers beside its border; each would be a hole
-// of its own, or a layer.
-// Needs:  width > 0.
-// Bound:  no vertex moves by more than 2.5 widths.
+// of its own, or a layer. Where most facets share no edge with another, it is `loose_width` then:
+// they have been written one by one.
+// Needs:  widths > 0.
+// Bound:  no vertex moves by more than 2.5 widths, or 2.5 of both.
 // Errors: nothing where no vertex moves.
 struct ClosedScan {
   TriangleMesh mesh;
   double moved = 0;  // how far a vertex has at most
 };
 std::optional<ClosedScan> close_cracks(const ScannedSurface& scan, const PlanBox& domain,
-                                       double width);
+                                       double width, double loose_width);
 
 }  // namespace diesink

@@ -55,8 +55,9 @@ struct Way {
   double before;  // of the tolerance: what the sheet is thinned by first
   double cracks;  // of the tolerance: gaps and overlaps between facets that are closed
 };
-// (Of rounding always; as wide as stitching leaves them only where nothing else goes.)
-constexpr double kRounding = 1e-3, kStitching = 0.15;
+// (Of rounding always; as wide as stitching leaves them only where nothing else goes, or where most
+// facets are by themselves.)
+constexpr double kRounding = 1e-3, kStitching = 0.3;
 constexpr Way kWays[] = {{0.15, 0, 0, kRounding},
                          {0.1, 1, 0, kRounding},
                          {0.05, 2, 0, kRounding},
@@ -217,8 +218,9 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
                        machining.y_range[1]};
   std::optional<CompoundSurface> mended;
   double closed = 0;
-  if (std::optional<ClosedScan> cracks = close_cracks(std::get<ScannedSurface>(given.impl().base),
-                                                      domain, way.cracks * tolerance)) {
+  if (std::optional<ClosedScan> cracks =
+          close_cracks(std::get<ScannedSurface>(given.impl().base), domain, way.cracks * tolerance,
+                       kStitching * tolerance)) {
     Result<CompoundSurface> made = over_mesh(given, std::move(cracks->mesh));
     if (!made) return made.error();
     mended.emplace(std::move(*made));

@@ -248,8 +248,9 @@ TriangleMesh cracked(const TriangleMesh& given, double off) {
 TEST(ScanCracks, AreClosedAndTheBorderLaidOnTheDomainsSides) {
   const TriangleMesh whole = shaken_relief(12, 3);
   const PlanBox domain{-7, 33, 2, 42};
-  EXPECT_FALSE(close_cracks(scan_of(whole), domain, 1e-5));
-  const std::optional<ClosedScan> made = close_cracks(scan_of(cracked(whole, 1e-6)), domain, 1e-5);
+  EXPECT_FALSE(close_cracks(scan_of(whole), domain, 1e-5, 1e-5));
+  const std::optional<ClosedScan> made =
+      close_cracks(scan_of(cracked(whole, 1e-6)), domain, 1e-5, 1e-4);
   ASSERT_TRUE(made);
   EXPECT_EQ(made->mesh.positions.size(), whole.positions.size());
   EXPECT_EQ(made->mesh.triangles.size(), whole.triangles.size());
@@ -261,8 +262,22 @@ TEST(ScanCracks, AreClosedAndTheBorderLaidOnTheDomainsSides) {
                                  {box.y0, domain.y0},
                                  {box.y1, domain.y1}})
     EXPECT_EQ(at, side);
-  // Too narrow: they stay.
-  EXPECT_FALSE(close_cracks(scan_of(cracked(whole, 1e-3)), domain, 1e-9));
+  // Too narrow: they stay, but for facets that are all by themselves.
+  const ScannedSurface wide = scan_of(cracked(whole, 1e-3));
+  EXPECT_FALSE(close_cracks(wide, domain, 1e-9, 1e-9));
+  for (const double width : {1e-9, 1e-3}) {  // closed in part first
+    const std::optional<ClosedScan> loose = close_cracks(wide, domain, width, 1e-2);
+    ASSERT_TRUE(loose);
+    EXPECT_EQ(loose->mesh.positions.size(), whole.positions.size());
+  }
+  TriangleMesh partly = cracked(whole, 1e-3);
+  for (const Vec3& p : whole.positions) partly.positions.push_back(p + Vec3(100, 0, 0));
+  const auto more = static_cast<std::uint32_t>(partly.positions.size() - whole.positions.size());
+  for (int copy = 0; copy < 2; ++copy) {
+    for (const auto& t : whole.triangles)
+      partly.triangles.push_back({t[0] + more, t[1] + more, t[2] + more});
+  }
+  EXPECT_FALSE(close_cracks(scan_of(partly), domain, 1e-9, 1e-2));
 }
 
 // Corners of one facet become one no more than others: it is left out.
@@ -270,7 +285,7 @@ TEST(ScanCracks, FacetsNarrowerThanACrackAreLeftOut) {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 1e-6, 0}};
   mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
-  const std::optional<ClosedScan> made = close_cracks(scan_of(mesh), {-5, 20, -5, 20}, 1e-5);
+  const std::optional<ClosedScan> made = close_cracks(scan_of(mesh), {-5, 20, -5, 20}, 1e-5, 1e-5);
   ASSERT_TRUE(made);
   EXPECT_EQ(made->mesh.triangles.size(), 1U);
   EXPECT_EQ(made->mesh.positions.size(), 3U);
