@@ -215,11 +215,11 @@ Arrangement Untangler::make() {
 
 std::optional<Arrangement> untangle(const CompoundSurface::Impl& surface,
                                     const Arrangement& arrangement, const ArcSamples& samples,
-                                    double largest_coordinate) {
+                                    double largest_coordinate, std::size_t most_crossings) {
   // A power of two, so that what is on the lattice stays there when it is moved.
   const double finest = std::fmax(2.5e-10 * surface.size, std::ldexp(largest_coordinate, -50));
   for (double grain = std::exp2(std::floor(std::log2(finest)));; grain *= kGrowth) {
-    Untangler untangler(surface, arrangement, samples, grain);
+    Untangler untangler(surface, arrangement, samples, grain, most_crossings);
     if (untangler.is_too_coarse()) return std::nullopt;
     if (untangler.lay()) return untangler.make();
   }

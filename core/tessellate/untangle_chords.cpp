@@ -218,6 +218,11 @@ bool Untangler::build() {
   triangulation_ = PlanarTriangulation();
   const std::vector<SegmentCrossing> wrong = triangulation_.build(points_, segments);
   if (wrong.empty()) return true;
+  if (wrong.size() > crossings_left_) {
+    crossings_left_ = 0;
+    return false;
+  }
+  crossings_left_ -= wrong.size();
   std::map<Ends, std::vector<std::uint32_t>> at;
   const auto cut = [&](std::uint32_t segment, std::uint32_t w) {
     const Ends& ends = of[segment];
@@ -255,7 +260,7 @@ bool Untangler::lay() {
   take_points(true);
   take_points(false);
   take_chords();
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRounds && crossings_left_ > 0; ++round) {
     if (build()) return true;
   }
   return false;

@@ -20,13 +20,14 @@ namespace diesink {
 class Untangler {
  public:
   Untangler(const CompoundSurface::Impl& surface, const Arrangement& from,
-            const ArcSamples& samples, double grain)
+            const ArcSamples& samples, double grain, std::size_t most_crossings)
       : surface_(surface),
         from_(from),
         samples_(samples),
         solver_(surface),
         box_(from.box),
-        grain_(grain) {}
+        grain_(grain),
+        crossings_left_(most_crossings) {}
 
   [[nodiscard]] bool is_too_coarse() const {
     return !(grain_ <= kWidest * std::fmin(box_.x1 - box_.x0, box_.y1 - box_.y0));
@@ -95,6 +96,7 @@ class Untangler {
   CurveSolver solver_;
   PlanBox box_;
   double grain_;
+  std::size_t crossings_left_;
   bool no_holes_ = false;
   std::vector<Vec2> points_;
   std::vector<std::vector<LabelHeight>> heights_;  // that arcs know, of each vertex

@@ -174,6 +174,56 @@ TEST(Untangle, ChordsOnOneAnotherBecomeOne) {
   EXPECT_LE(made->arcs.size(), arcs + 4);
 }
 
+// Outlines a hair off, over and over: as many crossings as there are of them. With fewer to be done
+// away with than that the lattice is wider, where they are one, and what that moves is in the
+// bounds.
+TEST(Untangle, MoreCrossingsThanMayBeAreFewerOnAWiderLattice) {
+  const CompoundSurface surface = surface_of(on_plane(box("A", "10,10,-5", "20,20,5"), "+A"));
+  const auto copies = [&] {
+    Arrangement wrong = arranged(surface, 0.1);
+    const std::size_t arcs = wrong.arcs.size();
+    for (int copy = 1; copy <= 8; ++copy) {
+      for (std::size_t a = 0; a < arcs; ++a) {
+        if (wrong.arcs[a].border) continue;
+        PlanArc again = wrong.arcs[a];
+        for (std::uint32_t& n : again.nodes) {
+          PlanNode node = wrong.nodes[n];
+          const double turned = 1e-6 * copy, x = node.x - 15, y = node.y - 15;
+          node.x += turned * y;
+          node.y -= turned * x;
+          n = static_cast<std::uint32_t>(wrong.nodes.size());
+          wrong.nodes.push_back(node);
+        }
+        if (again.closed) again.nodes.back() = again.nodes.front();
+        wrong.arcs.push_back(std::move(again));
+      }
+    }
+    return wrong;
+  };
+  const auto straight = [&](std::size_t most) {
+    Arrangement moved = copies();
+    for (PlanArc& arc : moved.arcs) {
+      for (PlanCurve& curve : arc.curves) curve = PlanCurve{};
+    }
+    const Sampled from(surface, std::move(moved), 0.1);
+    return untangle(surface.impl(), from.arrangement, from.samples, 0, most);
+  };
+  const std::optional<Arrangement> fine = straight(kMostUntangled), coarse = straight(20);
+  ASSERT_TRUE(fine && coarse);
+  EXPECT_EQ(fine->regions.size(), 2U);
+  EXPECT_EQ(coarse->regions.size(), 2U);
+  EXPECT_GT(coarse->grain, 10 * fine->grain);
+  for (const std::optional<Arrangement>& made : {fine, coarse}) {
+    double largest = 0, all = 0;
+    for (const PlanArc& arc : made->arcs)
+      for (const double bound : arc.bounds) largest = std::fmax(largest, bound);
+    EXPECT_GE(largest, 2 * made->grain);
+    for (const auto& [label, area] : areas_of(surface, *made)) all += area;
+    const PlanBox& domain = made->box;
+    EXPECT_NEAR(all, (domain.x1 - domain.x0) * (domain.y1 - domain.y0), 1e-9 * all);
+  }
+}
+
 // What neighbours have agreed on along a cut stays, whatever is made of the rest of a tile.
 TEST(Untangle, TilesKeepTheirSeams) {
   for (const char* name : {"IslandInAPocket", "PyramidsMeetingInAnApex", "TinyPeg", "ZigzagBase"}) {
