@@ -153,10 +153,10 @@ class Surface:
             return z
         return np.where((p[:, 0] < x0) | (p[:, 0] > x1) | (p[:, 1] < y0) | (p[:, 1] > y1), np.nan, z)
 
-    def near(self, p, reach, rings=(0.1, 0.5, 0.85, 0.995)):
+    def near(self, p, reach, rings=(0.1, 0.5, 0.85, 0.995), around=16):
         """Whether balls of that radius about points (nan: any height) meet the surface with its walls; whether a border is in reach."""
         offset = [(0, 0)] + [(reach * f * math.cos(a), reach * f * math.sin(a)) for f in rings
-                             for a in np.linspace(0, 2 * math.pi, 16, endpoint=False) + f]
+                             for a in np.linspace(0, 2 * math.pi, around, endpoint=False) + f]
         above, below, defined = (np.zeros(len(p), bool) for _ in range(3))
         border = np.zeros(len(p), bool)
         for dx, dy in offset:
@@ -242,7 +242,7 @@ def check(surface, meshes, solid, watertight, told, certified, rng):
         across = np.stack([-along[:, 1], along[:, 0]], 1)
         length = np.linalg.norm(across, axis=1)
         inside = np.ones(len(middle), bool)
-        for far in (1e-9 * surface.size, 1e-7 * surface.size, 1e-6 * surface.size, 0.1 * reach, reach, 2 * reach):
+        for far in (0, 1e-9 * surface.size, 1e-7 * surface.size, 1e-6 * surface.size, 0.1 * reach, reach, 2 * reach):
             for side in (-1, 1):
                 with np.errstate(all="ignore"):
                     inside &= ~np.isnan(surface.heights(middle[:, :2] + side * far * across / length[:, None]))
@@ -272,8 +272,8 @@ def check(surface, meshes, solid, watertight, told, certified, rng):
 
     def far_off(p):
         doubtful = np.flatnonzero(~(np.abs(surface.heights(p[:, :2]) - p[:, 2]) <= reach))
-        for rings in ((0.1, 0.5, 0.85, 0.995), np.geomspace(1e-4, 1, 24)):
-            near, border = surface.near(p[doubtful], reach, rings)
+        for rings, around in (((0.1, 0.5, 0.85, 0.995), 16), (np.geomspace(1e-4, 1, 24), 16), (np.linspace(0.02, 1, 50), 360)):
+            near, border = surface.near(p[doubtful], reach, rings, around)
             doubtful = doubtful[~near & ~(border & solid)]
         return doubtful
     both = ~np.isnan(true) & ~np.isnan(seen)
