@@ -55,8 +55,7 @@ void LayerJoiner::take_whole() {
 void LayerJoiner::cut_faces(const std::vector<std::uint64_t>& sides) {
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     for (std::size_t k = 0; k < 3 && part_[f] == Part::kWhole; ++k) {
-      if (std::binary_search(sides.begin(), sides.end(),
-                             key(faces_[f][k], faces_[f][(k + 1) % 3])))
+      if (std::binary_search(sides.begin(), sides.end(), key(faces_[f][k], faces_[f][(k + 1) % 3])))
         part_[f] = Part::kJoined;
     }
   }
@@ -108,7 +107,7 @@ bool LayerJoiner::triangulate(bool may_cut_faces) {
   }
   std::vector<PlanarTriangulation::Segment> segments;
   for (std::uint32_t k = 0; k < 4; ++k) segments.push_back({frame + k, frame + (k + 1) % 4});
-  std::unordered_map<std::uint64_t, char> known;  // directed
+  std::unordered_map<std::uint64_t, char> known;      // directed
   std::vector<std::uint64_t> sides(segments.size());  // of whole faces
   std::size_t fixed_segments = segments.size();
   for (std::size_t s = 0; s < pieces_.size(); ++s) {
