@@ -94,7 +94,7 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
   head.unit = program.unit;
   head.feed = machining.feed.value_or(0);
   head.spindle = machining.spindle.value_or(0);
-  const double deviation = mesh->report.certified_deviation;
+  const double deviation = deviation_where_certified(mesh->report);
   Result<PathReport> planned = [&] {
     const ProgressSpan span(options.progress, 0.3, 0.8);
     return options.method == PathMethod::kCc

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "core/base/ferguson.h"
@@ -78,6 +79,11 @@ Result<CompoundSurface> widened(const CompoundSurface& surface, double margin) {
   widen(program.machining.x_range, extent.x);
   widen(program.machining.y_range, extent.y);
   return CompoundSurface::make(program);
+}
+
+double deviation_where_certified(const TessellationReport& report) {
+  return report.uncertified_area > 0 ? std::fmin(report.certified_deviation, report.tolerance)
+                                     : report.certified_deviation;
 }
 
 }  // namespace diesink
