@@ -9,6 +9,7 @@
 
 #include "core/base/exact_plan.h"
 #include "core/base/scan_layers.h"
+#include "core/base/scan_pinch.h"
 #include "core/mesh_tools/topology.h"
 #include "core/mesh_tools/weld.h"
 #include "core/pair_key.h"
@@ -191,6 +192,7 @@ ScanSheet top_sheet(const ScannedSurface& scan, const PlanBox& box, double lean,
     if (side < 0) faces[k] = {t[0], t[2], t[1]};
   }
   join_layers(scan, faces, lean, threads, sheet);
+  part_pinches(sheet, lean);
   SheetCutter cutter(sheet);
   cutter.cut(box);
   compact(sheet);

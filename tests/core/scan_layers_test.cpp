@@ -230,6 +230,33 @@ TEST(ScanLayers, TheSameScanTwiceWithSomeVerticesBesideThemselves) {
   }
 }
 
+// Where facets have been lost, the corners of others may meet at different heights: of those but
+// one keeps its place.
+TEST(ScanLayers, FacetsThatMeetInOnePointAtTwoHeights) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 1}, {3, 0, 1}, {3, 3, 1}, {3, 3, 2}, {6, 3, 3},
+                    {6, 6, 2}, {3, 6, 2}, {3, 3, 0}, {0, 6, 0}, {0, 3, 0}};
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}, {3, 5, 6}, {7, 8, 9}};
+  constexpr double kLean = 0.01;
+  const ScannedSurface scan = scan_of(mesh);
+  const ScanSheet sheet = top_sheet(scan, scan.plan_box(), kLean, 1);
+  EXPECT_EQ(sheet.unproven_area, 0);
+  EXPECT_LE(sheet.moved, 2 * kLean);
+  ASSERT_EQ(sheet.triangles.size(), 4U);
+  EXPECT_EQ(sheet.points.size(), 10U);
+  double down = 0;
+  EXPECT_NEAR(area_of(sheet, down), 4.5 + 9 + 4.5, 0.2 * kLean * 36);
+  EXPECT_EQ(down, 0);
+  int at_place = 0;
+  for (const Vec3& p : sheet.points) {
+    const double away = (p.head<2>() - Vec2(3, 3)).norm();
+    at_place += away == 0;
+    EXPECT_TRUE(away == 0 || (away > 0.1 * kLean && away <= kLean) || away > 1) << away;
+    if (away == 0) EXPECT_EQ(p.z(), 2);
+  }
+  EXPECT_EQ(at_place, 1);
+}
+
 // Each facet by itself, its corners a little off.
 TriangleMesh cracked(const TriangleMesh& given, double off) {
   std::mt19937 random(1);

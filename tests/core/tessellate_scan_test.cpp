@@ -343,6 +343,32 @@ TEST(TessellateScan, WallsThatLeanByRoundingAreUpright) {
   }
 }
 
+// Two quarters of a relief, one lifted, that meet in a point: the whole scan was refused for it.
+TEST(TessellateScan, FacetsMayMeetInOnePointAtTwoHeights) {
+  TriangleMesh scan;
+  for (const auto& [x0, y0, lift] : {std::array{0.0, 0.0, 0.0}, std::array{30.0, 20.0, 3.0}}) {
+    const TriangleMesh quarter = height_mesh(
+        x0, x0 + 30, 11, y0, y0 + 20, 9, [&](double x, double y) { return relief(x, y) + lift; });
+    const auto first = static_cast<std::uint32_t>(scan.positions.size());
+    for (const Vec3& p : quarter.positions) scan.positions.push_back(p);
+    for (const auto& t : quarter.triangles)
+      scan.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  const CompoundSurface surface = over(scan, kBoss, "B+S1");
+  for (const bool solid : {false, true}) {
+    TessellationOptions options;
+    options.solid = solid;
+    const Result<Tessellation> made = tessellate(surface, options);
+    ASSERT_TRUE(made) << to_text(made.error());
+    Faults faults;
+    check_topology(made->mesh, solid, faults);
+    check_plan(*made, faults);
+    check_deviation(surface, *made, made->report.tolerance, 1500, 1, faults);
+    EXPECT_EQ(faults.text(), "") << solid;
+    EXPECT_EQ(made->report.uncertified_area, 0) << solid;
+  }
+}
+
 // Facets that do not share their vertices to the bit, as files of rounded numbers hold them, leave
 // gaps, layers and slivers along the domain's sides.
 TEST(TessellateScan, CracksOfRoundingAreClosed) {
