@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/parallel.h"
+
 namespace diesink {
 
 // Bytes that nothing has written yet, in large pages where the system has them: a fault fetches 2
@@ -28,6 +30,15 @@ template <class T>
 void reserve_large(std::vector<T>& vector, std::size_t count) {
   vector.reserve(count);
   prefer_large_pages(vector.data(), vector.capacity() * sizeof(T));
+}
+
+// The same for one that will be filled whole, its pages cleared by all threads together. Clearing
+// memory is no progress: it tells nobody.
+template <class T>
+void reserve_cleared(std::vector<T>& vector, std::size_t count, int threads) {
+  const ProgressSpan silent;
+  reserve_large(vector, count);
+  clear_large_pages(vector.data(), count * sizeof(T), threads);
 }
 
 // `count` values that nothing has set yet.

@@ -101,6 +101,8 @@ ProgressSpan::ProgressSpan(double low, double high)
   innermost_span = this;
 }
 
+ProgressSpan::ProgressSpan() : ProgressSpan(nobody, 0, 1) {}
+
 ProgressSpan::~ProgressSpan() { innermost_span = outer_; }
 
 int thread_count(int asked) {

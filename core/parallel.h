@@ -19,6 +19,8 @@ class ProgressSpan {
   ProgressSpan(const std::function<void(double)>& told, double low, double high);
   // A part of this thread's innermost span.
   ProgressSpan(double low, double high);
+  // Tells nobody: for work that is no part of what is told of.
+  ProgressSpan();
   ProgressSpan(const ProgressSpan&) = delete;
   ProgressSpan& operator=(const ProgressSpan&) = delete;
   ~ProgressSpan();

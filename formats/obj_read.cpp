@@ -89,8 +89,7 @@ class ObjReader {
     const auto wrong =
         std::find_if(states.begin(), states.end(), [](const Status& s) { return !s; });
     const auto good = static_cast<std::size_t>(wrong - states.begin());
-    const std::function<void(double)> nobody;
-    const ProgressSpan span(nobody, 0, 1);  // all has been read
+    const ProgressSpan silent;  // all has been read
     std::vector<ObjCounts> counts(good);
     run_parallel(good, threads, [&](std::size_t s) {
       const ObjSection& section = sections_[s];
@@ -140,16 +139,17 @@ class ObjReader {
     }
     if (Status fits = mesh_fits(vertices, faces, options_, whole_.place()); !fits) return fits;
     const std::size_t triangles = std::min(faces, options_.max_triangles);
-    reserve_cleared(mesh_.triangles, triangles);
-    if (with_normals && normals > 0) reserve_cleared(mesh_.corner_normals, triangles);
+    reserve_cleared(mesh_.triangles, triangles, options_.threads);
+    if (with_normals && normals > 0)
+      reserve_cleared(mesh_.corner_normals, triangles, options_.threads);
     if (sections_.size() == 1) {
       mesh_.positions = std::move(sections_[0].positions);
       mesh_.normals = std::move(sections_[0].normals);
       mesh_.vertex_colors = std::move(sections_[0].colors);
       return ok();
     }
-    reserve_cleared(mesh_.positions, vertices);
-    reserve_cleared(mesh_.normals, normals);
+    reserve_cleared(mesh_.positions, vertices, options_.threads);
+    reserve_cleared(mesh_.normals, normals, options_.threads);
     mesh_.positions.resize(vertices);
     mesh_.normals.resize(normals);
     if (colored) mesh_.vertex_colors.assign(vertices, Color{255, 255, 255, 255});
@@ -165,15 +165,6 @@ class ObjReader {
       move(section.colors, mesh_.vertex_colors, before[s].vertices);
     });
     return ok();
-  }
-
-  // Room that all threads clear together.
-  template <class T>
-  void reserve_cleared(std::vector<T>& vector, std::size_t count) {
-    const std::function<void(double)> nobody;
-    const ProgressSpan span(nobody, 0, 1);  // clearing memory is no progress
-    reserve_large(vector, count);
-    clear_large_pages(vector.data(), count * sizeof(T), options_.threads);
   }
 
   Error error_at_face(std::size_t s, std::size_t face, std::string message,

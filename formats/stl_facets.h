@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -15,7 +14,6 @@
 #include "core/large_array.h"
 #include "core/mesh.h"
 #include "core/mesh_tools/corner_weld.h"
-#include "core/parallel.h"
 
 namespace diesink {
 
@@ -25,10 +23,7 @@ class FacetGatherer {
   // Needs: fewer facets than CornerWeld::kMostVertices / 3 all together.
   FacetGatherer(std::size_t expected, bool weld, int threads)
       : weld_(weld), table_(weld ? expected / 2 + 4 : 0, threads) {
-    const std::function<void(double)> nobody;
-    const ProgressSpan span(nobody, 0, 1);
-    reserve_large(triangles_, expected);
-    clear_large_pages(triangles_.data(), expected * sizeof(triangles_[0]), threads);
+    reserve_cleared(triangles_, expected, threads);
     if (!weld) reserve_large(positions_, 3 * expected);
   }
 

@@ -49,8 +49,7 @@ CornerWeld::CornerWeld(std::size_t expected, int threads) : threads_(thread_coun
   parts_ = threads_ == 1 ? 1 : kMostParts;
   wave_ = kBlock * (threads_ == 1 ? 1 : 64);
   const std::size_t slots = std::bit_ceil(std::max<std::size_t>(2 * expected / parts_, 64));
-  const std::function<void(double)> nobody;
-  const ProgressSpan span(nobody, 0, 1);
+  const ProgressSpan silent;
   parallel_blocks(parts_, 1, slots < 4096 ? 1 : threads_,
                   [&](std::size_t p, std::size_t, int) { make_table(part_[p], slots); });
   reserve_large(positions_, expected);
@@ -203,8 +202,7 @@ void CornerWeld::add(const Fill& fill, std::span<std::uint32_t> indices) {
   const std::size_t count = indices.size();
   assert(count <= wave_);
   // A wave is a small part of whatever is told of.
-  const std::function<void(double)> nobody;
-  const ProgressSpan span(nobody, 0, 1);
+  const ProgressSpan silent;
   const std::size_t blocks = (count + kBlock - 1) / kBlock;
   if (blocks > blocks_.size()) {
     corners_.resize(blocks * kBlock);

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -47,12 +46,12 @@ class Repair {
  private:
   // What that tells of its own progress is no part of the whole's.
   MeshTopology counted(bool as_shared) {
-    const ProgressSpan span(nobody_, 0, 1);
+    const ProgressSpan silent;
     return topology_of(mesh_, as_shared);
   }
 
   void remove_useless() {
-    const ProgressSpan span(nobody_, 0, 1);
+    const ProgressSpan silent;
     std::vector<bool> keep(mesh_.triangles.size(), true);
     for (const std::uint32_t i : find_duplicates(mesh_.triangles)) keep[i] = false;
     for (std::size_t i = 0; i < keep.size(); ++i) {
@@ -321,7 +320,6 @@ class Repair {
     return true;
   }
 
-  const std::function<void(double)> nobody_;
   TriangleMesh& mesh_;
   const RepairOptions& options_;
   std::vector<std::uint64_t> edges_;  // before holes are filled, sorted
