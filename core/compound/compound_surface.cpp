@@ -330,8 +330,8 @@ bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, doubl
   };
   const Seen above = seen(f), below = seen(g);
   if (above.side && below.side) {
-    return (above.upper && contacts.is_inside(below.solid, above.solid)) ||
-           (!below.upper && contacts.is_inside(above.solid, below.solid));
+    return contacts.is_above({above.solid, above.upper, !above.upper},
+                             {below.solid, below.upper, !below.upper});
   }
   if (above.side == below.side) return false;
   // The plane of the other one.

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/compound/side_contacts.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "core/compound/pencil.h"
+
 namespace diesink {
 namespace {
-
-using Mat4 = Eigen::Matrix4d;
-using Vec4 = Eigen::Vector4d;
 
 // The form of a side on (r - origin) / length, scaled so that its coefficients are about one.
 Mat4 form_about(const SideQuadratic& s, const Vec3& origin, double length) {
@@ -40,12 +38,12 @@ Square square_in_pencil(const Mat4& f, const Mat4& g, double slack) {
   const double root = std::sqrt(std::fmax(c1 * c1 - c2 * c0, 0));
   const double big = c1 + std::copysign(root, c1);  // without cancelling
   for (double k : {big / c2, c0 / big}) {
-    if (!(k > 0) || !std::isfinite(k)) continue;
+    if (!(k > 0)) continue;
     // Where F - k G is nearly a square, so near that Newton's method on what is left of it ends
     // there.
     constexpr double kNear = 1e-3;
     constexpr int kRounds = 3;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kRounds && std::isfinite(k); ++round) {
       const Mat4 e = f - k * g;
       // What is left of it beside the square of its heaviest row: cheap, and enough for most pairs.
       int heavy = 0;
@@ -57,24 +55,13 @@ Square square_in_pencil(const Mat4& f, const Mat4& g, double slack) {
       const Mat4 left = e - e.col(heavy) * e.row(heavy) / e(heavy, heavy);
       if (left.cwiseAbs().maxCoeff() > kNear * weight) break;
       const Eigen::SelfAdjointEigenSolver<Mat4> solver(e);
-      const Vec4 values = solver.eigenvalues();
-      int large = 0;
-      for (int i = 1; i < 4; ++i) {
-        if (std::fabs(values[i]) > std::fabs(values[large])) large = i;
-      }
-      double rest = 0, up = 0, down = 0;
-      for (int i = 0; i < 4; ++i) {
-        if (i == large) continue;
-        const Vec4 v = solver.eigenvectors().col(i);
-        const double turn = v.dot(g * v);
-        rest = std::fmax(rest, std::fabs(values[i]));
-        up += values[i] * turn;
-        down += turn * turn;
-      }
+      const Vec4 values = solver.eigenvalues();  // ascending: the largest at one of the ends
+      const bool is_up = std::fabs(values[3]) > std::fabs(values[0]);
+      const int first = is_up ? 0 : 1, last = is_up ? 2 : 3;
       // Points within the length: (x, y, z, 1) is no longer than 2.
-      if (4 * rest <= slack) return {true, std::copysign(1.0, values[large])};
-      if (!(down > 0)) break;
-      k += up / down;
+      const double rest = std::fmax(std::fabs(values[first]), std::fabs(values[last]));
+      if (4 * rest <= slack) return {true, is_up ? 1.0 : -1.0};
+      k += step_in_pencil(solver, g, first, last);
     }
   }
   return {};

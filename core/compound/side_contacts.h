@@ -27,6 +27,18 @@ class SideContacts {
     return touches_[static_cast<std::size_t>(inner)] != 0 && find(inner, outer);
   }
 
+  // The upper or the lower half of a body's side; neither where it is not known which.
+  struct Sheet {
+    std::int32_t solid = -1;
+    bool is_upper = false, is_lower = false;
+  };
+  // No point of `one` is below `other`: an upper sheet is above all that lies inside its quadric, a
+  // lower one below it.
+  [[nodiscard]] bool is_above(const Sheet& one, const Sheet& other) const {
+    return (one.is_upper && is_inside(other.solid, one.solid)) ||
+           (other.is_lower && is_inside(one.solid, other.solid));
+  }
+
  private:
   [[nodiscard]] bool find(std::int32_t inner, std::int32_t outer) const;
 

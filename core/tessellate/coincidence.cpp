@@ -85,8 +85,8 @@ bool vanishes_along(const Impl& surface, const PlanFunction& line, const PlanFun
 bool touches_from_above(const Impl& surface, const FaceOver& f, const FaceOver& g,
                         const CellBox& box) {
   if (f.side && g.side) {
-    return (f.has_mid && f.upper && surface.contacts.is_inside(g.solid, f.solid)) ||
-           (g.has_mid && !g.upper && surface.contacts.is_inside(f.solid, g.solid));
+    return surface.contacts.is_above({f.solid, f.has_mid && f.upper, f.has_mid && !f.upper},
+                                     {g.solid, g.has_mid && g.upper, g.has_mid && !g.upper});
   }
   const auto is_plane = [](const FaceOver& face) {
     return !face.side && (face.solid >= 0 || (face.lo == 0 && face.hi == 0));

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/tessellate/pencil_plane.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/compound/pencil.h"
+
 namespace diesink {
 namespace {
-
-using Mat4 = Eigen::Matrix4d;
-using Vec4 = Eigen::Vector4d;
 
 // The form on (r - origin) / length, its largest coefficient one.
 Mat4 matrix_of(const Implicit& f, const Vec3& origin, double length) {
@@ -42,18 +40,10 @@ std::optional<Implicit> pencil_plane(const Implicit& f, const Implicit& g, const
     const Mat4 e = mf - k * mg;
     const Eigen::SelfAdjointEigenSolver<Mat4> solver(e);
     const Vec4 values = solver.eigenvalues();  // ascending: a pair of planes has one of each sign
-    double up = 0, down = 0;
-    for (const int i : {1, 2}) {
-      const Vec4 v = solver.eigenvectors().col(i);
-      const double turn = v.dot(mg * v);
-      up += values[i] * turn;
-      down += turn * turn;
-    }
     const double size = std::fmin(-values[0], values[3]);
     if (!(size > 0)) return std::nullopt;
     if (std::fmax(std::fabs(values[1]), std::fabs(values[2])) > kPair * size) {
-      if (!(down > 0)) return std::nullopt;
-      k += up / down;
+      k += step_in_pencil(solver, mg, 1, 2);
       continue;
     }
     const Vec4 one = std::sqrt(values[3]) * solver.eigenvectors().col(3),
