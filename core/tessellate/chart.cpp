@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -360,15 +361,12 @@ double FaceChart::base_spacing(const Vec3& p, double tolerance) const {
 }
 
 double FaceChart::stand_off(double part, double tolerance, Vec3& p) const {
-  double curvature = 0;  // the largest
+  assert(bends_every_way());
+  double curvature = 2 / (axes_.x() * axes_.x());  // the largest: of a paraboloid, at its vertex
   if (kind_ == Kind::kEllipsoid) {
     const Vec3 q = frame_ * (p - face_.c);
     const double least = axes_.minCoeff();
     curvature = 1 / (least * least * q.cwiseQuotient(axes_.cwiseProduct(axes_)).norm());
-  } else if (kind_ == Kind::kParaboloid) {
-    curvature = 2 / (axes_.x() * axes_.x());
-  } else {
-    return 0;
   }
   const double off = part * std::fmin(tolerance, kCoarse / curvature);
   const double up = normal(p).z(), least = std::fmax(up, kSteep);

@@ -51,10 +51,16 @@ class FaceChart {
   // infinity on planes. An estimate: TriangleDeviation is the bound.
   [[nodiscard]] double spacing(const Vec3& p, double tolerance) const;
 
+  // Spheres, ellipsoids, paraboloids: chords leave such a face on one side only, and are longer
+  // between vertices that stand off on the other.
+  [[nodiscard]] bool bends_every_way() const {
+    return kind_ == Kind::kEllipsoid || kind_ == Kind::kParaboloid;
+  }
+
   // Moves a point of the face up or down, to the outside of its body, until it stands off the face
   // by the part given of the tolerance, or less where the face is steep or the tolerance coarse
-  // beside its radius; the way, along the normal. Nothing on faces that do not bend every way, as
-  // their triangles end on borders that stay.
+  // beside its radius; the way, along the normal.
+  // Needs: bends_every_way(). (The triangles of other faces end on borders that stay.)
   double stand_off(double part, double tolerance, Vec3& p) const;
 
   // Unit normal that points up; at the silhouette level, and on the same side as nearby.

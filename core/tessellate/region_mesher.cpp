@@ -190,9 +190,12 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     filter_.add(mesh_.position[v]);
   };
   for (std::size_t v = spacing_.size(); v < mesh_.position.size(); ++v) {
-    Vec3 p = mesh_.position[v];
-    add_spacing(
-        v, options_.tolerance + kBorderShare * chart_.stand_off(kStandOff, options_.tolerance, p));
+    double room = options_.tolerance;
+    if (chart_.bends_every_way()) {
+      Vec3 p = mesh_.position[v];
+      room += kBorderShare * chart_.stand_off(kStandOff, options_.tolerance, p);
+    }
+    add_spacing(v, room);
   }
   if (in_plan_) {
     rules.min_angle = options_.flat_angle;
@@ -209,7 +212,7 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
       return false;
     }
     double room = options_.tolerance;
-    if (!in_plan_) {
+    if (!in_plan_ && chart_.bends_every_way()) {
       const double full = kSpacing * chart_.spacing(p, (1 + kStandOff) * options_.tolerance);
       const double ratio = std::fmin(1, kRoomy * nearest / full);
       const double off = chart_.stand_off(kStandOff * ratio * ratio, options_.tolerance, p);
