@@ -47,6 +47,10 @@ constexpr double kMostOffSheet = 0.1;
 // end. The first way widens the least cells then.)
 constexpr std::size_t kMostCells = 100'000, kMostInOne = 300'000;
 
+// Facets beside walls ask for more cells than the curves of a die do: with wider least cells a
+// scanned engine took four times as long and told five times as much.
+constexpr std::size_t kMoreCells = 4;
+
 // Ways through. Where borders come closer to one another than can be told apart, other cells may
 // do, or a sheet thinned out beforehand (creases then lie on that one's facets).
 struct Way {
@@ -199,12 +203,15 @@ Result<Faces> mesh_faces(const CompoundSurface& surface, const ScanSheet& sheet,
   return faces;
 }
 
-// One way through; may_differ tells whether another may do where it fails, or do better; too_fine
-// whether the scan asks for more cells than there may be, widened or not.
+// What one way through says of the others.
+struct Outlook {
+  bool may_differ = false;  // another may do where it fails, or do better
+  bool too_fine = false;    // the scan asks for more cells than there may be, widened or not
+};
+
 Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
-                             const TessellationOptions& options, const Way& way, bool& may_differ,
-                             bool& too_fine) {
-  may_differ = too_fine = false;
+                             const TessellationOptions& options, const Way& way, Outlook& outlook) {
+  outlook = {};
   const double tolerance =
       options.tolerance > 0 ? options.tolerance : given.program().machining.tolerance;
   const double feature_angle = options.feature_angle * (std::numbers::pi / 180);
@@ -282,9 +289,7 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
   arrangement_options.least = std::ldexp(std::fmax(box.x1 - box.x0, box.y1 - box.y0), -22);
   arrangement_options.variant = way.variant;
   arrangement_options.budget = options.budget;
-  // Facets beside walls ask for more cells than the curves of a die do: with wider least cells a
-  // scanned engine took four times as long and told five times as much.
-  arrangement_options.budget.cells *= 4;
+  arrangement_options.budget.cells *= kMoreCells;
   arrangement_options.most_cells = kMostCells + 8 * sheet.triangles.size();
   arrangement_options.may_widen = !tiled && &way == kWays;
   if (!tiled) arrangement_options.most_cells = std::min(arrangement_options.most_cells, kMostInOne);
@@ -297,12 +302,12 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
   if (!arrangement && tiled && arrangement.error().code == ErrorCode::kInput)
     return empty_tile(box);
   if (!arrangement) {
-    may_differ = too_fine = arrangement.error().code == ErrorCode::kLimit;
+    outlook.may_differ = outlook.too_fine = arrangement.error().code == ErrorCode::kLimit;
     return arrangement.error();
   }
-  too_fine = arrangement->widened;
+  outlook.too_fine = arrangement->widened;
   if (!arrangement->keeps_seams) {
-    may_differ = true;
+    outlook.may_differ = true;
     return Error{ErrorCode::kInput,
                  "a cut between tiles runs along what cannot be told apart at the least distance",
                  {original.program().file}};
@@ -322,7 +327,7 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
   samples.emplace(surface.impl(), *arrangement, sampling);
   samples->sample_all(options.threads);
   tell(0.5);
-  may_differ = true;
+  outlook.may_differ = true;
 
   FaceOptions face_options;
   face_options.thin = thin;
@@ -358,7 +363,7 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
     for (const RegionMesh& r : regions) {
       for (const Vec3& p : r.position) lowest = std::fmin(lowest, p.z());
     }
-    may_differ = !options.floor || *options.floor < lowest;
+    outlook.may_differ = !options.floor || *options.floor < lowest;
     return made.error();
   }
   TessellationReport& report = made->report;
@@ -381,7 +386,7 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
   report.uncertified_area +=
       sheet.unproven_area + arcs.unsolved_length * 2 * report.certified_deviation;
   last_check(original, options.threads, *made);
-  may_differ =
+  outlook.may_differ =
       report.uncertified_area - sheet.unproven_area >
       kToldArea * (box.x1 - box.x0) * (box.y1 - box.y0) + kToldBesideSheet * sheet.unproven_area;
   report.seconds_evaluate = evaluate;
@@ -409,12 +414,12 @@ Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanB
   bool limit = false;  // too many cells for the scan as it is, in any of the ways
   for (const Way& way : tiled ? kTileWays : kWays) {
     if (way.before == 0 ? limit : best.has_value()) continue;
-    bool may_differ = false, too_fine = false;
-    Result<Tessellation> made = attempt(surface, box, options, way, may_differ, too_fine);
-    if (!may_differ) return made;
+    Outlook outlook;
+    Result<Tessellation> made = attempt(surface, box, options, way, outlook);
+    if (!outlook.may_differ) return made;
     if (made && (!best || made->report.uncertified_area < best->report.uncertified_area))
       best.emplace(std::move(*made));
-    limit = limit || too_fine;
+    limit = limit || outlook.too_fine;
     if (!made && !first) first = made.error();
   }
   if (best) return std::move(*best);

@@ -102,7 +102,8 @@ bool CutFinder::is_clear(const Strip& strip, double a, double b,
 }
 
 bool CutFinder::is_clear(const Strip& strip, const std::vector<double>& across) const {
-  const auto [axis, at, half, bundles] = strip;
+  const int axis = strip.axis;
+  const double at = strip.at, half = strip.half;
   // Vertices of a scan are points on a cut or well off it.
   const std::vector<double>& all = vertices_of_scan_[static_cast<std::size_t>(axis)];
   const double near = 1e-9 * surface_.size;
