@@ -62,6 +62,18 @@ TEST(DegenerateDies, NoSliverWhereCurvesTouch) {
   }
 }
 
+// At its own tolerance where none is given.
+void expect_certified(const std::string& die, std::size_t fewer_triangles_than,
+                      double tolerance = 0) {
+  TessellationOptions options;
+  options.tolerance = tolerance;
+  const Result<Tessellation> made = tessellate(surface_of(die), options);
+  ASSERT_TRUE(made) << die;
+  EXPECT_EQ(made->report.uncertified_area, 0) << die;
+  EXPECT_EQ(made->report.doubt_count, 0u) << die;
+  EXPECT_LT(made->mesh.triangles.size(), fewer_triangles_than) << die;
+}
+
 // A millionth of the domain: a cell of 2^-22 of it is wider than what this tolerance does not see.
 TEST(DegenerateDies, TenMetresAtAHundredth) {
   const CompoundSurface surface = surface_of(
@@ -85,16 +97,10 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
 // where it would meet the plane down there it has long ended.
 TEST(DegenerateDies, RimsUnderAnUprightRulingAreCertified) {
   for (const char* apex : {"25,20,5", "22.071067811865476,27.071067811865476,5"}) {
-    TessellationOptions options;
-    options.tolerance = 0.05;
-    const Result<Tessellation> made =
-        tessellate(surface_of("SOLID-DEF\n" + cone("K", "15,20,-5", apex, "14.142135623730951") +
-                              "BSURF-DEF\nPLANE,-30\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\n"
-                              "Y-RNG,0,40\n"),
-                   options);
-    ASSERT_TRUE(made) << apex;
-    EXPECT_EQ(made->report.uncertified_area, 0) << apex;
-    EXPECT_EQ(made->report.doubt_count, 0u) << apex;
+    expect_certified("SOLID-DEF\n" + cone("K", "15,20,-5", apex, "14.142135623730951") +
+                         "BSURF-DEF\nPLANE,-30\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\n"
+                         "Y-RNG,0,40\n",
+                     4000, 0.05);
   }
 }
 
@@ -104,16 +110,9 @@ TEST(DegenerateDies, ApexesOutByAHairAreFans) {
   for (const char* apex : {"25,20,5", "22.071067811865476,27.071067811865476,5"}) {
     for (const char* radius : {"14.1412", "14.14203"}) {
       for (const char* plane : {"0", "-30"}) {
-        TessellationOptions options;
-        options.tolerance = 0.05;
-        const Result<Tessellation> made = tessellate(
-            surface_of("SOLID-DEF\n" + cone("K", "15,20,-5", apex, radius) + "BSURF-DEF\nPLANE," +
-                       plane + "\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n"),
-            options);
-        const std::string which = std::string(apex) + " " + radius + " " + plane;
-        ASSERT_TRUE(made) << which;
-        EXPECT_EQ(made->report.uncertified_area, 0) << which;
-        EXPECT_LT(made->mesh.triangles.size(), 4000u) << which;
+        expect_certified("SOLID-DEF\n" + cone("K", "15,20,-5", apex, radius) + "BSURF-DEF\nPLANE," +
+                             plane + "\nBOOLE-DEF\nB+K\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\n",
+                         4000, 0.05);
       }
     }
   }
@@ -131,12 +130,7 @@ TEST(DegenerateDies, RoundEdgesAreFewTrianglesAndCertified) {
   const std::string rib = cylinder("A", "12,14,2", "28,27,2", "5") + sphere("S", "12,14,2", "5") +
                           sphere("T", "28,27,2", "5");
   for (const char* terms : {"+A+S+T", "+S+A+T", "+S+T+A"}) dies.push_back(on_plane(rib, terms));
-  for (const std::string& text : dies) {
-    const Result<Tessellation> made = tessellate(surface_of(text), TessellationOptions{});
-    ASSERT_TRUE(made) << text;
-    EXPECT_EQ(made->report.uncertified_area, 0) << text;
-    EXPECT_LT(made->mesh.triangles.size(), 15000u) << text;
-  }
+  for (const std::string& text : dies) expect_certified(text, 15000);
 }
 
 // The same die drawn with six decimals: what coincided is a millionth apart. Such dies took minutes
@@ -148,12 +142,7 @@ TEST(DegenerateDies, OfSixDecimalsAreFewTrianglesAndCertified) {
     dies.push_back(with_six_decimals(
         on_plane(rounded_block(0.1 + 0.26 * k, sign), rounded_block_terms(sign))));
   }
-  for (const std::string& text : dies) {
-    const Result<Tessellation> made = tessellate(surface_of(text), TessellationOptions{});
-    ASSERT_TRUE(made) << text;
-    EXPECT_EQ(made->report.uncertified_area, 0) << text;
-    EXPECT_LT(made->mesh.triangles.size(), 20000u) << text;
-  }
+  for (const std::string& text : dies) expect_certified(text, 20000);
 }
 
 // Where a leaning bar's silhouette ends at its rim the ball's goes on: three curves with one
@@ -164,10 +153,7 @@ TEST(DegenerateDies, LeaningSlotsWithBallEndsAreCertified) {
       "A,R-CYLI,1\nP1,12.5,25,1.25\nP2,27.655,33.75,2.5\nRAD,2.5\n"
       "S,SPHER,1\nP1,12.5,25,1.25\nRAD,2.5\nBOOLE-DEF\nD-A-S\nMACHI-DEF\n"
       "X-RNG,0,50\nY-RNG,0,50\nTOLER,.005\n";
-  const Result<Tessellation> made = tessellate(surface_of(slot), TessellationOptions{});
-  ASSERT_TRUE(made);
-  EXPECT_EQ(made->report.uncertified_area, 0);
-  EXPECT_LT(made->mesh.triangles.size(), 3000u);
+  expect_certified(slot, 3000);
   ProofOptions options;
   EXPECT_EQ(prove(surface_of(slot), options), "");
 }

@@ -112,6 +112,19 @@ TEST(FloatRows, NormalsThatAreNotUnitAreToldWhereverTheyStand) {
   }
 }
 
+// What put() makes of the numbers, each less the base, and of no byte behind them.
+template <class Stored, class Put>
+void expect_put(Put put, const std::vector<std::uint32_t>& numbers, std::uint32_t base) {
+  std::vector<char> bytes(sizeof(Stored) * numbers.size() + 1, 'x');
+  put(numbers, base, bytes.data());
+  EXPECT_EQ(bytes.back(), 'x');
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    Stored value = 0;
+    std::memcpy(&value, bytes.data() + sizeof value * i, sizeof value);
+    EXPECT_EQ(value, numbers[i] - base);
+  }
+}
+
 TEST(FloatRows, NumbersBecomeShortsAndTellTheirRange) {
   std::mt19937_64 random(4);
   for (std::size_t count = 1; count < 80; ++count) {
@@ -122,22 +135,8 @@ TEST(FloatRows, NumbersBecomeShortsAndTellTheirRange) {
     if (count % 3 == 1) numbers[count / 2] = kBase;
     EXPECT_EQ(range_of(numbers), (std::array{*std::min_element(numbers.begin(), numbers.end()),
                                              *std::max_element(numbers.begin(), numbers.end())}));
-    std::vector<char> bytes(2 * count + 1, 'x');
-    put_shorts(numbers, kBase, bytes.data());
-    EXPECT_EQ(bytes.back(), 'x');
-    for (std::size_t i = 0; i < count; ++i) {
-      std::uint16_t value = 0;
-      std::memcpy(&value, bytes.data() + 2 * i, 2);
-      EXPECT_EQ(value, numbers[i] - kBase);
-    }
-    std::vector<char> longs(4 * count + 1, 'x');
-    put_longs(numbers, kBase, longs.data());
-    EXPECT_EQ(longs.back(), 'x');
-    for (std::size_t i = 0; i < count; ++i) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, longs.data() + 4 * i, 4);
-      EXPECT_EQ(value, numbers[i] - kBase);
-    }
+    expect_put<std::uint16_t>(put_shorts, numbers, kBase);
+    expect_put<std::uint32_t>(put_longs, numbers, kBase);
   }
 }
 
