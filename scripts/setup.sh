@@ -38,6 +38,7 @@ bench=(
   libbenchmark-dev     # Google Benchmark
   libtinyobjloader-dev # peer of the OBJ reader
   libocct-modeling-algorithms-dev libocct-visualization-dev # peer of the mesher; the second has a header that the first needs
+  libtbb-dev           # libtbb.so, which OpenCASCADE's CMake targets name and its packages do not ask for
 )
 
 case "${1:-}" in
