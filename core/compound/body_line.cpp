@@ -324,7 +324,7 @@ Vec3 BodyLine::normal(std::uint8_t face, const Vec3& point) const {
     return Vec3::UnitZ();
   }
   const QuadricBody& b = std::get<QuadricBody>(*body_);
-  const Vec3 a = b.frame.row(2);
+  Vec3 a = b.frame.row(2);
   if (face == kFaceBottom) return -a;
   if (face == kFaceTop) return a;
   const Vec3 l = b.frame * (point - b.p);

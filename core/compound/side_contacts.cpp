@@ -55,7 +55,7 @@ Square square_in_pencil(const Mat4& f, const Mat4& g, double slack) {
       const Mat4 left = e - e.col(heavy) * e.row(heavy) / e(heavy, heavy);
       if (left.cwiseAbs().maxCoeff() > kNear * weight) break;
       const Eigen::SelfAdjointEigenSolver<Mat4> solver(e);
-      const Vec4 values = solver.eigenvalues();  // ascending: the largest at one of the ends
+      const Vec4& values = solver.eigenvalues();  // ascending: the largest at one of the ends
       const bool is_up = std::fabs(values[3]) > std::fabs(values[0]);
       const int first = is_up ? 0 : 1, last = is_up ? 2 : 3;
       // Points within the length: (x, y, z, 1) is no longer than 2.

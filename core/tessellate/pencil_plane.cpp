@@ -39,7 +39,7 @@ std::optional<Implicit> pencil_plane(const Implicit& f, const Implicit& g, const
   for (int round = 0; round < kRounds && std::isfinite(k); ++round) {
     const Mat4 e = mf - k * mg;
     const Eigen::SelfAdjointEigenSolver<Mat4> solver(e);
-    const Vec4 values = solver.eigenvalues();  // ascending: a pair of planes has one of each sign
+    const Vec4& values = solver.eigenvalues();  // ascending: a pair of planes has one of each sign
     const double size = std::fmin(-values[0], values[3]);
     if (!(size > 0)) return std::nullopt;
     if (std::fmax(std::fabs(values[1]), std::fabs(values[2])) > kPair * size) {
