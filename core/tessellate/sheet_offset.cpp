@@ -47,6 +47,10 @@ SheetOffset sheet_offset(const ScannedSurface& scan, const std::array<Vec3, 3>& 
     }
     return sum > 0 ? z / sum : corners[0].z();
   };
+  // What rounding of the corners' coordinates does to areas is none, and beside a wall far off.
+  const double rounding =
+      1e-14 * high.cwiseAbs().cwiseMax(low.cwiseAbs()).maxCoeff() * (high - low).maxCoeff();
+  const double least = 1e-9 * twice + rounding;
   std::vector<std::uint32_t> over;
   scan.faces_over({low.x(), high.x(), low.y(), high.y()}, over);
   std::vector<Vec2> polygon, cut;
@@ -58,18 +62,18 @@ SheetOffset sheet_offset(const ScannedSurface& scan, const std::array<Vec3, 3>& 
     polygon.assign(plan.begin(), plan.end());
     for (std::size_t k = 0; k < 3 && !polygon.empty(); ++k)
       cut_off(polygon, cut, {t.x[k], t.y[k]}, {t.x[(k + 1) % 3], t.y[(k + 1) % 3]});
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Vec2& p = polygon[i];
-      if (i > 1) covered += cross(polygon[i - 1] - polygon[0], p - polygon[0]);
+    double common = 0;
+    for (std::size_t i = 2; i < polygon.size(); ++i)
+      common += cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
+    covered += common;
+    if (common <= least) continue;  // only beside it
+    for (const Vec2& p : polygon) {
       offset.height =
           std::fmax(offset.height, std::fabs(t.height(t.along_row(p.y()), p.x()) - own(p)));
     }
   }
-  // What rounding of the corners' coordinates does to areas is none.
-  const double rounding =
-      1e-14 * high.cwiseAbs().cwiseMax(low.cwiseAbs()).maxCoeff() * (high - low).maxCoeff();
   const double left = twice - covered;
-  if (left > 1e-9 * twice + rounding) offset.beyond = 0.5 * left;
+  if (left > least) offset.beyond = 0.5 * left;
   return offset;
 }
 

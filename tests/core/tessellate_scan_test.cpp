@@ -282,6 +282,21 @@ TEST(SheetOffset, IsThatOfTheFarthestPoint) {
   EXPECT_NEAR(over_end.beyond, 4, 1e-12);
 }
 
+// What lies beyond an edge, or over it by rounding alone, is as far off as it likes.
+TEST(SheetOffset, ASideAlongAWallIsNotOffByTheWall) {
+  TriangleMesh step;
+  step.positions = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 0, 5}, {10, 10, 5}, {0, 10, 5}};
+  step.triangles = {{0, 1, 2}, {3, 4, 5}};
+  const Result<ScannedSurface> scan = ScannedSurface::make(step, {});
+  ASSERT_TRUE(scan);
+  const SheetOffset beside =
+      sheet_offset(*scan, {Vec3(0, 0, 0), {10 + 1e-13, 1e-13, 0}, {1e-13, 10, 0}});
+  EXPECT_NEAR(beside.height, 0, 1e-12);
+  EXPECT_EQ(beside.beyond, 0);
+  const SheetOffset over = sheet_offset(*scan, {Vec3(0, 0, 0), {10, 0.1, 0}, {0, 10, 0}});
+  EXPECT_NEAR(over.height, 5, 1e-12);
+}
+
 // Chords whose nodes have moved too far to be known as the sheet's own vertices: those that lie
 // under them are left out and what is no piece of the scan any more is told. The die was refused.
 TEST(TessellateScan, VerticesUnderChordsAreLeftOut) {
