@@ -141,7 +141,8 @@ double CutFinder::find(int axis, int k, int n, const std::vector<double>& across
           std::clamp(clearance * tolerance_, 32 * surface_.tie, std::fmax(most, 32 * surface_.tie));
       for (int place = 0; place < kPlaces; ++place) {
         // To either side in turn, a little farther each time, and never by a round part.
-        const double off = kFarthest * width * ((place + 1) / 2) / (0.5 * kPlaces) * 0.98713;
+        const int away = (place + 1) / 2;  // 0, 1, 1, 2, 2, ...
+        const double off = kFarthest * width * away / (0.5 * kPlaces) * 0.98713;
         const double at = place % 2 == 1 ? even + off : even - off;
         if (is_clear({axis, at, half, bundles}, across)) return at;
       }
