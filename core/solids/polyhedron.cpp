@@ -66,7 +66,7 @@ Vec3 area_vector(const Loop& loop, const std::vector<Vec3>& at) {
   return sum;
 }
 
-Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width) {
+Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width, double size) {
   Plane plane;
   plane.n = unit(area_vector(loop, at));
   // A component within the rounding of the corners themselves is zero: walls meant vertical are
@@ -80,6 +80,17 @@ Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width) {
       plane.n[k] = 0;
       snapped = true;
     }
+  }
+  // So are walls of a solid that leans: its corners' last digits tilt them.
+  double low = at[loop[0]].z(), high = low;
+  for (const std::uint8_t v : loop) {
+    low = std::min(low, at[v].z());
+    high = std::max(high, at[v].z());
+  }
+  if (plane.n.z() != 0 && std::fabs(plane.n.z()) < 1e-6 &&
+      std::fabs(plane.n.z()) * (high - low) <= kUprightWidth * size) {
+    plane.n.z() = 0;
+    snapped = true;
   }
   if (snapped) plane.n = unit(plane.n);
   Vec3 offset = Vec3::Zero();
@@ -152,7 +163,7 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
       return input_error(face_text(f + 1, faces[f]) +
                          " crosses itself; its corners are needed in order around it");
     }
-    face.plane = plane_of(face.loop, at, width);
+    face.plane = plane_of(face.loop, at, width, size);
     double off = 0;
     for (const std::uint8_t v : face.loop) {
       off = std::max(off, std::fabs(height_over(face.plane, at[v])));

@@ -54,6 +54,42 @@ ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double sho
   return result;
 }
 
+// The faces beside an edge or a shadow need not swap where they have one height (a block taken away
+// again down to its foot, whose foot dips into the base beside it): no corner of the arrangement is
+// there, but both sides of the wall share a vertex, lest its triangles be twisted.
+void ArcSamples::add_fades(std::uint32_t a, std::vector<Trial>& out) const {
+  const PlanArc& arc = arrangement_.arcs[a];
+  if (arc.fixed || arc.border || arc.left == kNoLabel || arc.right == kNoLabel || has_scan(a))
+    return;
+  const auto gap_at = [&](const ArcPoint& p) { return z_of(p, arc.left) - z_of(p, arc.right); };
+  std::vector<Trial> with;
+  double t0 = 0;
+  ArcPoint p0 = end_of(a, false);
+  double gap0 = gap_at(p0);
+  for (std::size_t i = 0; i <= out.size(); ++i) {
+    const bool at_end = i == out.size();
+    const double t1 = at_end ? static_cast<double>(arc.nodes.size() - 1) : out[i].t;
+    const ArcPoint p1 = at_end ? end_of(a, true) : out[i].p;
+    const double gap1 = gap_at(p1);
+    if (gap0 * gap1 < 0 && std::fmin(std::fabs(gap0), std::fabs(gap1)) > options_.unseen) {
+      double lo = t0, hi = t1;
+      for (double mid = 0.5 * (lo + hi); mid > lo && mid < hi; mid = 0.5 * (lo + hi))
+        ((gap_at(point_at(a, mid)) < 0) == (gap0 < 0) ? lo : hi) = mid;
+      Trial fade{hi, point_at(a, hi)};
+      if (fade.p.node == ArcPoint::kNoNode) {
+        fade.p.sides[1].z = fade.p.sides[0].z;
+        with.push_back(fade);
+      }
+    }
+    if (at_end) break;
+    with.push_back(out[i]);
+    t0 = t1;
+    p0 = p1;
+    gap0 = gap1;
+  }
+  out = std::move(with);
+}
+
 void ArcSamples::drop(const std::vector<char>& gone) {
   largest_deviation = 0;
   for (std::uint32_t a = 0; a < arcs.size(); ++a) {

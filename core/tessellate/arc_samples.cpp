@@ -458,6 +458,7 @@ void ArcSamples::sample_all(int threads) {
       } else if (!(arrangement_.arcs[a].border && arrangement_.arcs[a].left == kNoLabel)) {
         sample(static_cast<std::uint32_t>(a), trials[a]);
       }
+      add_fades(static_cast<std::uint32_t>(a), trials[a]);
     }
   });
   // Numbers in the order of arcs: the same for any number of threads.

@@ -42,6 +42,7 @@ struct SamplingOptions {
   double flat_sag = 0;   // and between planes, which have no deviation of their own
   double tolerance = 0;  // of the faces beside
   double shortest = 0;   // no chord is made shorter
+  double unseen = 0;     // a wall so high is none
   const std::vector<double>* grid_x =
       nullptr;  // both set: samples where arcs cross these lines, nothing else
   const std::vector<double>* grid_y = nullptr;
@@ -120,6 +121,8 @@ class ArcSamples {
   void lay_points(std::uint32_t arc, const std::vector<Piece>& pieces,
                   std::vector<Trial>& out) const;
   void sample_on_grid(std::uint32_t arc, std::vector<Trial>& out) const;
+  // Points where a wall fades to nothing and goes on with its sides exchanged.
+  void add_fades(std::uint32_t arc, std::vector<Trial>& out) const;
   [[nodiscard]] double lifted_sag(std::uint32_t arc, const ArcPoint& a, const ArcPoint& m,
                                   const ArcPoint& b) const;
   [[nodiscard]] double z_of(const ArcPoint& p, Label label) const;

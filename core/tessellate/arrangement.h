@@ -66,7 +66,7 @@ struct Arrangement {
 struct ArrangementOptions {
   double tolerance =
       0;  // of the tessellation; decides what is too small to matter, never what is found above it
-  double flat = 0;  // length under which surfaces, or lines side by side, count as one; 0 = 1e-3 of
+  double flat = 0;  // length under which surfaces, or lines side by side, count as one; 0 = 1e-4 of
                     // the tolerance
   double least = 0;  // least cell; 0 = least_cell()
   int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed

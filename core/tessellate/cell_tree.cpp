@@ -141,8 +141,10 @@ bool CellTree::decide(Sprout& sprout, std::int32_t cell, std::vector<std::uint32
   CellVerdict verdict;
   classify(surface_, vertices_, box, here, limits_.flat, verdict);
   if (verdict.kind == CellKind::kArc || verdict.kind == CellKind::kCorner) {
-    for (const PlanFunction& f : verdict.functions) {
-      if (!nearly_straight(f)) verdict.kind = CellKind::kUnknown;
+    const bool straight =
+        std::all_of(verdict.functions.begin(), verdict.functions.end(), nearly_straight);
+    if (!straight) {
+      verdict.kind = is_shallow(verdict, box, limits_.flat) ? CellKind::kLeast : CellKind::kUnknown;
     }
   }
   sprout.stopped =

@@ -115,6 +115,9 @@ void classify(const CompoundSurface::Impl& surface, const std::vector<BodyVertic
               const CellBox& box, std::vector<std::uint32_t>& steps, double flat,
               CellVerdict& verdict);
 
+// Candidates that differ by less than the tolerance can see: one surface for the tree.
+bool is_shallow(const CellVerdict& verdict, const CellBox& box, double flat);
+
 std::vector<BodyVertices> body_vertices(const CompoundSurface::Impl& surface);
 
 }  // namespace diesink

@@ -575,17 +575,20 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     verdict.kind = CellKind::kCorner;
     verdict.star = true;
   }
-  // Candidates that differ by less than the tolerance can see are one surface for the tree.
-  if (verdict.kind == CellKind::kUnknown && !verdict.hole && fs.count > 0) {
-    bool shallow = true;
-    for (int i = 0; i < state.faces.count && shallow; ++i) {
-      for (int j = i + 1; j < state.faces.count && shallow; ++j) {
-        const Range d = difference_over(state.faces[i], state.faces[j], box);
-        shallow = d.lo >= -flat && d.hi <= flat;
-      }
+  if (verdict.kind == CellKind::kUnknown && fs.count > 0 && is_shallow(verdict, box, flat))
+    verdict.kind = CellKind::kLeast;
+}
+
+bool is_shallow(const CellVerdict& verdict, const CellBox& box, double flat) {
+  if (verdict.hole) return false;
+  const FaceList& faces = verdict.candidates;
+  for (int i = 0; i < faces.count; ++i) {
+    for (int j = i + 1; j < faces.count; ++j) {
+      const Range d = difference_over(faces[i], faces[j], box);
+      if (!(d.lo >= -flat && d.hi <= flat)) return false;
     }
-    if (shallow) verdict.kind = CellKind::kLeast;
   }
+  return true;
 }
 
 }  // namespace diesink

@@ -113,9 +113,12 @@ bool rises_above(const Impl& surface, const FaceOver& f, const FaceOver& g, cons
   const Range dx{f.zx.lo - g.zx.hi, f.zx.hi - g.zx.lo}, dy{f.zy.lo - g.zy.hi, f.zy.hi - g.zy.lo};
   if (!((dx.lo >= 0 || dx.hi <= 0) && (dy.lo >= 0 || dy.hi <= 0))) return false;
   const double x = dx.lo >= 0 ? -box.hx : box.hx, y = dy.lo >= 0 ? -box.hy : box.hy;
+  // Along a whole side of the box a tie is no crossing; in its corner alone it would be one for
+  // evaluation, which gives that point to the earlier of the two, and a line ends there.
+  const bool one_corner = (dx.lo > 0 || dx.hi < 0) && (dy.lo > 0 || dy.hi < 0);
   double zf = 0, zg = 0;
   return height_at(surface, f, box, x, y, zf) && height_at(surface, g, box, x, y, zg) &&
-         zf - zg >= -surface.tie;
+         (one_corner ? zf - zg > 2 * surface.tie : zf - zg >= -surface.tie);
 }
 
 bool drop_crossings_along_lines(const Impl& surface, const CellBox& box, CellVerdict& verdict) {

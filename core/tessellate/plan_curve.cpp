@@ -16,7 +16,7 @@ namespace {
 constexpr int kNewtonSteps = 24;
 // Halvings before the curve is looked for, and at most.
 constexpr int kHalvings = 5, kAllHalvings = 60;
-// Of the size: rounding of heights on faces as steep as 1e5.
+// Of the size: rounding of heights; on a steep face a tie in plan counts by the slope.
 constexpr double kOnFace = 1e-10;
 
 }  // namespace
@@ -366,7 +366,8 @@ bool CurveSolver::on_face(Label label, const Vec2& p, double z) const {
   for (const bool upper : {true, false}) {
     for (const PlanarCap& cap : upper ? body.upper_caps() : body.lower_caps()) {
       const double above = z - (cap.z0 + cap.zx * dx + cap.zy * dy);
-      if (cap.face != own.face && (upper ? above > close : above < -close)) return false;
+      const double slack = close + std::hypot(cap.zx, cap.zy) * surface_->tie;
+      if (cap.face != own.face && (upper ? above > slack : above < -slack)) return false;
     }
   }
   if (!body.has_side() || own.face == kFaceSide) return on_sheet(label, p, z);
@@ -575,6 +576,13 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
     at_change(b, rb, change.zb);
   } else if (a != kNoLabel && b != kNoLabel && std::fabs(za - zb) <= 1e-9 * surface_->size) {
     change.zb = change.za;
+    // Where two faces cross at next to no angle a tie reaches far beyond their common curve, and
+    // with it the face of the earlier term. The place stays the one at which the labels change: it
+    // is on both faces to a tie.
+    const PlanCurve meet{CurveType::kMeet, ra, rb};
+    if (std::fabs(za - zb) <= 2 * surface_->tie && !touch_along_curve(ra, rb) &&
+        on_face(a, p, za) && on_face(b, p, za))
+      change.curve = meet;
   }
   return change;
 }

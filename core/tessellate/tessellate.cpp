@@ -104,6 +104,7 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
   sampling.flat_sag = (tiled ? kSeamShare : kFlatArcShare) * budget;
   sampling.tolerance = budget;
   sampling.shortest = std::fmax(0.5 * tolerance, 1e-9 * surface.size());
+  sampling.unseen = kUnseen * tolerance;
   RegionOptions region_options;
   region_options.tolerance = budget;
   region_options.shortest = sampling.shortest;

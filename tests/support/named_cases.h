@@ -442,6 +442,52 @@ inline std::vector<NamedCase> named_cases() {
        "-3,100.46,-3.02\n104.79,99.74,9.69\nBOOLE-DEF\nB-S1\nMACHI-DEF\nX-RNG,0,100\n"
        "Y-RNG,0,100\nTOLER,.1\n",
        0.1},
+      // Both sides of a wall swap heights where the ground rises through the block's foot.
+      {"FootThroughTheGround",
+       "SOLID-DEF\nS5,4-PRIS,3\nP1,30,5,0\nP2,35,25,7.5\nBSURF-DEF\nPLANE\n"
+       "P1,50,15.3,0\nNOR,.01,.02,1\nBOOLE-DEF\nB+S5-S5\nMACHI-DEF\nX-RNG,5,95\n"
+       "Y-RNG,0,50\nTOLER,.05\n",
+       0.05},
+      // A leaning block's sides are upright to the last digits of its corners.
+      {"LeaningBlock",
+       "SOLID-DEF\nS16,4-PRIS,2\nP1,49.26988,70.709847,-2.716129\n"
+       "P2,53.052998,84.419248,-2.716129\nP3,33.385539,89.846496,-1.273914\n"
+       "P4,29.602421,76.137095,-1.273914\nHEI,3.060118\nBSURF-DEF\nPLANE,0\n"
+       "BOOLE-DEF\nB-S16\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nTOLER,.05\n",
+       0.05},
+      // Leaning blocks with their undersides in one plane but for rounding.
+      {"LeaningBlocksFlush",
+       "SOLID-DEF\nS17,4-PRIS,2\nP1,48.873806,68.744392,-0.721108\n"
+       "P2,53.720958,86.309675,-0.721108\nP3,34.053499,91.736924,0.721108\n"
+       "P4,29.206347,74.17164,0.721108\nHEI,1.060118\nS18,4-PRIS,2\n"
+       "P1,51.328965,70.141641,-0.862132\nP2,55.112084,83.851042,-0.862132\n"
+       "P3,31.59834,90.339675,0.862132\nP4,27.815222,76.630274,0.862132\n"
+       "HEI,1.060118\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB-S17-S18\nMACHI-DEF\n"
+       "X-RNG,0.0,100.0\nY-RNG,0.0,100.0\nTOLER,.05\n",
+       0.05},
+      // Equal bars mitred in one point: a tie reaches far along their crease.
+      {"MitredBars",
+       "SOLID-DEF\nS16,R-CYLI,1\nP1,58.646431,16.661939,-2.378105\n"
+       "P2,58.646431,44.781696,0.709104\nRAD,4.98435\nS19,R-CYLI,1\n"
+       "P1,58.646431,44.781696,0.709104\nP2,49.894022,49.781696,0.709104\n"
+       "RAD,4.98435\nBOOLE-DEF\nS16+S19\nMACHI-DEF\nX-RNG,0.0,100.0\nY-RNG,0.0,100.0\n"
+       "TOLER,.05\n",
+       0.05},
+      // A bar along a block's edge, flush with its top but for rounding.
+      {"BarAlongAnEdge",
+       "SOLID-DEF\nS16,4-PRIS,2\nP1,35.869413,67.0073,-2.582324\n"
+       "P2,50.791435,81.929321,-2.582324\nP3,37.965637,94.755119,-2.582324\n"
+       "P4,23.043615,79.833097,-2.582324\nHEI,8.075601\nS19,R-CYLI,1\n"
+       "P1,35.869413,67.0073,4.493278\nP2,50.791435,81.929321,4.493278\nRAD,1.0\n"
+       "BOOLE-DEF\nS16+S19\nMACHI-DEF\nX-RNG,0.0,100.0\nY-RNG,0.0,100.0\nTOLER,.01\n",
+       0.01},
+      // A cone whose silhouette runs into its rim, over a slope.
+      {"ConeAcrossASlope",
+       "SOLID-DEF\nS1,E-CONE,2\nP1,404.27,8415.33,1025.76\nNOR,3.3287,3.7216,.0997\n"
+       "LVE,.116,.131,1.0037\nL-R,1342.9\nS-R,790.2\nLEN,1581.5\nBSURF-DEF\nPLANE\n"
+       "P1,5000,5000,-321.9\nNOR,-.10905,.11893,1\nBOOLE-DEF\nB+S1\nMACHI-DEF\n"
+       "X-RNG,0,10000\nY-RNG,0,10000\nTOLER,100\n",
+       100},
   };
 }
 
