@@ -60,6 +60,12 @@ Result<PathOptions> path_options(const PathRequest& request, const PartProgram& 
     path.cusp = request.cusp;
     path.interval.reset();
   }
+  // A spacing of the command line is the option's fault, not the part program's.
+  if (request.interval || request.cusp) {
+    if (const Status spaced = check_spacing(path, program.machining); !spaced) {
+      return usage((request.interval ? "--interval: " : "--cusp: ") + spaced.error().message);
+    }
+  }
   path.intol = request.intol.value_or(path.intol);
   path.outtol = request.outtol.value_or(path.outtol);
   if (request.clear) path.clearance = request.clear;

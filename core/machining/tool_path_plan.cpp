@@ -24,20 +24,6 @@ Status check(const PathOptions& options) {
   if (const Result<CutterShape> cutter = CutterShape::make(options.cutter); !cutter) {
     return cutter.error();
   }
-  const auto positive = [](const std::optional<double>& v) {
-    return !v || (std::isfinite(*v) && *v > 0);
-  };
-  if (!options.interval && !options.cusp) {
-    return input_error("a tool path needs an interval or a cusp height");
-  }
-  if (!positive(options.interval)) {
-    return input_error("the path interval must be positive (got " + number_text(*options.interval) +
-                       ")");
-  }
-  if (!positive(options.cusp) || (options.cusp && *options.cusp >= options.cutter.diameter / 2)) {
-    return input_error("the cusp height must be positive and less than the cutter's radius (got " +
-                       number_text(*options.cusp) + ")");
-  }
   if (!(options.intol >= 0) || !(options.outtol >= 0) || !(options.intol + options.outtol > 0) ||
       !std::isfinite(options.intol + options.outtol)) {
     return input_error("the inside and outside tolerances must not be negative, and not both 0");
@@ -59,9 +45,40 @@ PathOptions path_options_of(const PartProgram& program) {
   return options;
 }
 
+Status check_spacing(const PathOptions& options, const Machining& machining) {
+  const auto positive = [](const std::optional<double>& v) {
+    return !v || (std::isfinite(*v) && *v > 0);
+  };
+  if (!options.interval && !options.cusp) {
+    return input_error("a tool path needs an interval or a cusp height");
+  }
+  if (!positive(options.interval)) {
+    return input_error("the path interval must be positive (got " + number_text(*options.interval) +
+                       ")");
+  }
+  if (!positive(options.cusp) || (options.cusp && *options.cusp >= options.cutter.diameter / 2)) {
+    return input_error("the cusp height must be positive and less than the cutter's radius (got " +
+                       number_text(*options.cusp) + ")");
+  }
+  // A ball on level ground leaves cusps h where its passes lie 2 sqrt(h (d - h)) apart.
+  const double apart =
+      options.interval.value_or(2 * std::sqrt(options.cusp.value_or(0) * options.cutter.diameter));
+  const double across = std::hypot(machining.x_range[1] - machining.x_range[0],
+                                   machining.y_range[1] - machining.y_range[0]);
+  if (!(across <= kMostPasses * apart)) {
+    return Error{ErrorCode::kLimit,
+                 "passes " + number_text(apart) + " apart are more than the limit of 10 million",
+                 {}};
+  }
+  return ok();
+}
+
 Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& options,
                              PathReceiver& receiver) {
   if (const Status status = check(options); !status) return status.error();
+  if (const Status spaced = check_spacing(options, surface.program().machining); !spaced) {
+    return spaced.error();
+  }
   const auto progress = [&](double part) {
     if (options.progress) options.progress(part);
   };
@@ -69,15 +86,6 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
   const Machining& machining = program.machining;
   const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
                                      machining.y_range[0], machining.y_range[1]};
-  // A ball on level ground leaves cusps h where its passes lie 2 sqrt(h (d - h)) apart.
-  const double apart =
-      options.interval.value_or(2 * std::sqrt(options.cusp.value_or(0) * options.cutter.diameter));
-  const double across = std::hypot(domain[1] - domain[0], domain[3] - domain[2]);
-  if (!(across <= kMostPasses * apart)) {
-    return Error{ErrorCode::kLimit,
-                 "passes " + number_text(apart) + " apart are more than the limit of 10 million",
-                 {}};
-  }
   // Material around the domain counts, as far as the cutter reaches.
   const Result<CompoundSurface> wide =
       widened(surface, options.cutter.diameter / 2 + options.intol + options.outtol);

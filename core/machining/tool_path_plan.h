@@ -49,6 +49,11 @@ struct PathOptions {
 // The options as the part program states them; the cutter's diameter is 0 where it states none.
 PathOptions path_options_of(const PartProgram& program);
 
+// Whether passes this far apart can be planned over the domain. Needs: the cutter's diameter.
+// Errors: kInput for an interval or a cusp height that is missing or wrong for the cutter; kLimit
+// for more than ten million passes.
+Status check_spacing(const PathOptions& options, const Machining& machining);
+
 struct PathReport {
   std::size_t passes = 0, points = 0;
   double feed_length = 0, rapid_length = 0;
@@ -86,7 +91,7 @@ struct PlannedPath {
 // Rapid moves run at the clearance plane, or straight up to it; every move down is at feed. Where
 // the cusp height is given, passes are put in wherever two passes would leave more than it and
 // OUTTOL, and along the feet of walls; a given interval is kept as it is.
-// Errors: kInput for a wrong cutter, interval, cusp height or tolerance, a clearance plane below
+// Errors: those of check_spacing(); kInput for a wrong cutter or tolerance, a clearance plane below
 //         the surface, a surface the cutter never meets, kU, kV without a Ferguson base; what the
 //         tessellator and the receiver return. Nothing is handed over before the path is known not
 //         to be empty.

@@ -116,12 +116,18 @@ class Cl(CommandLineTest):
                               (("cl", part, "-o", "x.apt", "--along", "u", "--method", "cc"), BAD_INPUT),
                               (("cl", part, "-o", "x.apt", "--cutter", "4,3"), WRONG_USAGE),
                               (("cl", part, "-o", "x.apt", "--cutter", "0,0"), WRONG_USAGE),
-                              (("cl", part, "-o", "x.apt", "--interval", "1e-9"), BAD_INPUT),
-                              (("cl", part, "-o", "x.apt", "--cusp", "1e-30"), BAD_INPUT),
+                              (("cl", part, "-o", "x.apt", "--interval", "1e-9"), WRONG_USAGE),
+                              (("cl", part, "-o", "x.apt", "--cusp", "1e-30"), WRONG_USAGE),
                               (("cl", part, "-o", "x.apt", "--interval", "1", "--cusp", "1"), WRONG_USAGE)):
             done = self.run_program(*words, status=status)
             self.assertIn(b"error: ", done.stderr)
             self.assertFalse((self.folder / "x.apt").exists())
+        # A spacing that cannot be is told where it stands: at the option, or in the part program.
+        fine = self.write("fine.part", BALL.format(extra="CUTTER,6,3\nCUSP,3\n"))
+        for words, status, told in ((("cl", part, "--interval", "1e-12"), WRONG_USAGE, b"diesink: error: --interval: "),
+                                    (("cl", part, "--cusp", "5"), WRONG_USAGE, b"diesink: error: --cusp: "),
+                                    (("cl", fine), BAD_INPUT, b"fine.part: error: the cusp height ")):
+            self.assertIn(told, self.run_program(*words, "-o", "x.apt", status=status).stderr)
         self.write("bad.apt", "GOTO/1,2,3\nGOTO/1,oops,3\n")
         done = self.run_program("verify", part, "bad.apt", status=BAD_INPUT)
         self.assertIn(b"bad.apt:2:8: error: ", done.stderr)
