@@ -68,6 +68,10 @@ Result<PathOptions> path_options(const PathRequest& request, const PartProgram& 
   }
   path.intol = request.intol.value_or(path.intol);
   path.outtol = request.outtol.value_or(path.outtol);
+  if ((request.intol || request.outtol) && path.intol <= 0 && path.outtol <= 0) {
+    return usage(std::string(request.intol ? "--intol" : "--outtol") +
+                 ": overcut and undercut cannot both be 0");
+  }
   if (request.clear) path.clearance = request.clear;
   if (Status taken = take_along(request, path); !taken) return taken.error();
   return path;

@@ -21,7 +21,8 @@ struct PathRequest {
 };
 
 // Errors: kUsage for a direction that is none, or that the method does not have, and for a spacing
-// asked for here that check_spacing() refuses; kInput without a cutter.
+// asked for here that check_spacing() refuses or tolerances that leave no room; kInput without a
+// cutter.
 Result<PathOptions> path_options(const PathRequest& request, const PartProgram& program);
 
 // Feed and spindle as asked for, else as the program states them, else a usual feed.

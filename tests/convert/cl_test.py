@@ -122,10 +122,11 @@ class Cl(CommandLineTest):
             done = self.run_program(*words, status=status)
             self.assertIn(b"error: ", done.stderr)
             self.assertFalse((self.folder / "x.apt").exists())
-        # A spacing that cannot be is told where it stands: at the option, or in the part program.
+        # What cannot be is told where it stands: at the option, or in the part program.
         fine = self.write("fine.part", BALL.format(extra="CUTTER,6,3\nCUSP,3\n"))
         for words, status, told in ((("cl", part, "--interval", "1e-12"), WRONG_USAGE, b"diesink: error: --interval: "),
                                     (("cl", part, "--cusp", "5"), WRONG_USAGE, b"diesink: error: --cusp: "),
+                                    (("cl", part, "--intol", "0", "--outtol", "0"), WRONG_USAGE, b"diesink: error: --intol: "),
                                     (("cl", fine), BAD_INPUT, b"fine.part: error: the cusp height ")):
             self.assertIn(told, self.run_program(*words, "-o", "x.apt", status=status).stderr)
         self.write("bad.apt", "GOTO/1,2,3\nGOTO/1,oops,3\n")
