@@ -42,8 +42,7 @@ Error usage(std::string message) {
 Result<PathFormat> format_of(const std::string& path) {
   if (path == "-") return PathFormat::kApt;
   if (const std::optional<PathFormat> format = path_format_of_ending(path)) return *format;
-  return usage("'" + path +
-               "' has no ending that can be written: .apt .cls .ncl .aptsource .ngc .csv");
+  return usage("'" + path + "' has no ending that can be written: " + path_endings());
 }
 
 std::string summary(const Options& options, const std::string& name, const PathReport& r,
@@ -231,7 +230,7 @@ Run setup(CLI::App& app) {
   const auto o = std::make_shared<Options>();
   app.add_option("PART", o->part, "part program (.part)")->required()->type_name("");
   app.add_option("-o,--output", o->outputs,
-                 "tool path: .apt .cls .ncl .aptsource, .ngc, .csv, or - for APT on stdout")
+                 "tool path: " + path_endings() + ", or - for APT on stdout")
       ->required()
       ->type_name("OUT");
   add_cutter(app, o->cutter, "diameter and corner radius (default: CUTTER)");

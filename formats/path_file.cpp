@@ -12,6 +12,18 @@
 namespace diesink {
 namespace {
 
+struct PathEnding {
+  std::string_view ending;
+  PathFormat format;
+};
+
+constexpr std::array kEndings{
+    PathEnding{".apt", PathFormat::kApt},    PathEnding{".cls", PathFormat::kApt},
+    PathEnding{".ncl", PathFormat::kApt},    PathEnding{".aptsource", PathFormat::kApt},
+    PathEnding{".cldata", PathFormat::kApt}, PathEnding{".ngc", PathFormat::kGcode},
+    PathEnding{".nc", PathFormat::kGcode},   PathEnding{".gcode", PathFormat::kGcode},
+    PathEnding{".tap", PathFormat::kGcode},  PathEnding{".csv", PathFormat::kCsv}};
+
 bool ends_in(std::string_view name, std::string_view ending) {
   if (name.size() <= ending.size()) return false;
   const std::string tail = upper_case(name.substr(name.size() - ending.size()));
@@ -42,14 +54,17 @@ std::optional<PathFormat> format_of_line(std::string_view line) {
 }  // namespace
 
 std::optional<PathFormat> path_format_of_ending(std::string_view file_name) {
-  for (const std::string_view ending : {".apt", ".cls", ".ncl", ".aptsource", ".cldata"}) {
-    if (ends_in(file_name, ending)) return PathFormat::kApt;
+  for (const PathEnding& known : kEndings) {
+    if (ends_in(file_name, known.ending)) return known.format;
   }
-  for (const std::string_view ending : {".ngc", ".nc", ".gcode", ".tap"}) {
-    if (ends_in(file_name, ending)) return PathFormat::kGcode;
-  }
-  if (ends_in(file_name, ".csv")) return PathFormat::kCsv;
   return std::nullopt;
+}
+
+std::string path_endings() {
+  std::string text;
+  for (const PathEnding& known : kEndings)
+    text += (text.empty() ? "" : " ") + std::string(known.ending);
+  return text;
 }
 
 std::optional<PathFormat> path_format_of_content(std::string_view text,

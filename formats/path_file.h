@@ -28,8 +28,10 @@ struct PathWriteOptions {
 
 class PathText;  // one format's (path_formats.h)
 
-// By the ending: .apt .cls .ncl .aptsource, .ngc .nc .gcode .tap, .csv; nothing where unknown.
+// By the ending; nothing where unknown.
 std::optional<PathFormat> path_format_of_ending(std::string_view file_name);
+// All endings it knows, with blanks between, for messages.
+std::string path_endings();
 // By the first statement, then by the ending; nothing where neither tells.
 std::optional<PathFormat> path_format_of_content(std::string_view text, std::string_view file_name);
 

@@ -129,6 +129,11 @@ class Cl(CommandLineTest):
                                     (("cl", part, "--intol", "0", "--outtol", "0"), WRONG_USAGE, b"diesink: error: --intol: "),
                                     (("cl", fine), BAD_INPUT, b"fine.part: error: the cusp height ")):
             self.assertIn(told, self.run_program(*words, "-o", "x.apt", status=status).stderr)
+        # Every ending that the message lists can be written.
+        told = self.run_program("cl", part, "-o", "x.txt", status=WRONG_USAGE).stderr.decode()
+        endings = re.findall(r"\.\w+", told.split("written:")[1])
+        self.assertEqual({".apt", ".cldata", ".ngc", ".tap", ".csv"} - set(endings), set())
+        self.run_program("cl", part, *(word for ending in endings for word in ("-o", "all" + ending)))
         self.write("bad.apt", "GOTO/1,2,3\nGOTO/1,oops,3\n")
         done = self.run_program("verify", part, "bad.apt", status=BAD_INPUT)
         self.assertIn(b"bad.apt:2:8: error: ", done.stderr)
