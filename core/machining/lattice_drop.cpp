@@ -244,7 +244,7 @@ class LatticeDrop {
     const double flat = cutter_.flat(), r = cutter_.corner();
     // Of the squared radius: rounding of the rim.
     const double reach = cutter_.radius() * cutter_.radius() * (1 + 2e-12);
-    const double slack = -1e-12 * (std::fabs(v.x) + std::fabs(v.y) + cutter_.radius());
+    const double slack = -v.slack;
     const std::size_t left = item.left, right = item.right;
     for (std::size_t j = item.first; j < item.end; ++j) {
       const double oy = ys_[j] - v.y;

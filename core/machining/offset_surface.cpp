@@ -102,7 +102,12 @@ double tau(const CutterShape& cutter, const EdgePiece& edge, double w) {
 }
 
 struct Cone {
-  std::vector<Vec3> normals;
+  struct Normal {
+    Vec3 n;
+    double noise = 0;  // by how much rounding may have moved it
+  };
+  std::vector<Normal> normals;
+  double lost = 0;           // of a contact's place, by rounding of the normals
   bool convex_edge = false;  // at least one edge around it is convex or a border
   bool border = false;
   bool nonmanifold = false;
@@ -115,27 +120,31 @@ VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cut
   piece.y = v.y();
   piece.z = v.z();
   const double r = cutter.radius();
+  piece.slack = 2 * cone.lost + kSlack * (std::fabs(v.x()) + std::fabs(v.y()) + r);
   piece.x0 = v.x() - r;
   piece.x1 = v.x() + r;
   piece.y0 = v.y() - r;
   piece.y1 = v.y() + r;
   if (cone.nonmanifold) return piece;
   Vec3 middle = Vec3::Zero();
-  for (const Vec3& n : cone.normals) middle += n;
+  for (const auto& [n, noise] : cone.normals) middle += n;
   const double size = middle.norm();
   if (!(size > 1e-6)) return piece;
   middle /= size;
   double least = 1;
-  Vec3 low = cone.normals.front(), high = low;
+  Vec2 low(1, 1), high(-1, -1);
   bool upright = false;  // some normal is vertical: contacts anywhere under the flat end
+  bool any_way = false;  // of some normal rounding leaves no heading
   Vec2 heading = Vec2::Zero();
-  for (const Vec3& n : cone.normals) {
-    least = std::min(least, n.dot(middle));
-    low = low.cwiseMin(n);
-    high = high.cwiseMax(n);
+  for (const auto& [n, noise] : cone.normals) {
+    least = std::min(least, n.dot(middle) - noise);
+    low = low.cwiseMin(n.head<2>() - Vec2(noise, noise));
+    high = high.cwiseMax(n.head<2>() + Vec2(noise, noise));
     const double flat = n.head<2>().norm();
-    if (flat > 0)
+    if (flat > noise)
       heading += n.head<2>() / flat;
+    else if (noise > 0)
+      any_way = true;
     else
       upright = true;
   }
@@ -145,25 +154,27 @@ VertexPiece vertex_piece(const Vec3& v, const Cone& cone, const CutterShape& cut
                         double flat_hi) {
     lo = cutter.corner() * std::max(-1.0, std::min(lo, lo / least)) + cutter.flat() * flat_lo;
     hi = cutter.corner() * std::min(1.0, std::max(hi, hi / least)) + cutter.flat() * flat_hi;
-    const double slack = kSlack * (std::fabs(at) + r);
-    out0 = std::max(out0, at + lo - slack);
-    out1 = std::min(out1, at + hi + slack);
+    out0 = std::max(out0, at + lo - piece.slack);
+    out1 = std::min(out1, at + hi + piece.slack);
   };
   double dir_x0 = -1, dir_x1 = 1, dir_y0 = -1, dir_y1 = 1;
   const double heading_size = heading.norm();
   double narrow = -1;  // cosine of the widest lean from the middle heading
   double left = 0, right = 0;
-  if (heading_size > 1e-9) {
+  if (heading_size > 1e-9 && !any_way) {
     heading /= heading_size;
     narrow = 1;
-    for (const Vec3& n : cone.normals) {
+    for (const auto& [n, noise] : cone.normals) {
       const double flat = n.head<2>().norm();
       if (!(flat > 0)) continue;
+      // Rounding turns the heading by no more than the angle of this sine.
+      const double sine = noise / flat, cosine = std::sqrt((1 - sine) * (1 + sine));
       const Vec2 dir = n.head<2>() / flat;
-      narrow = std::min(narrow, dir.dot(heading));
+      const double with = dir.dot(heading);
       const double lean = heading.x() * dir.y() - heading.y() * dir.x();
-      left = std::max(left, lean);
-      right = std::min(right, lean);
+      narrow = std::min(narrow, with * cosine - std::fabs(lean) * sine);
+      left = std::max(left, lean * cosine + with * sine);
+      right = std::min(right, lean * cosine - with * sine);
     }
   }
   if (narrow > 0.05) {
@@ -260,15 +271,19 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
         {{points[i] + shift, points[j] + shift, points[k] + shift}, static_cast<std::uint32_t>(t)});
   }
 
+  // Of a contact's place, by rounding of a facet's normal.
+  const auto lost_by = [&](std::uint32_t face) {
+    const double lean = normals[face].head<2>().norm();
+    return noise[face] * (cutter_.corner() + cutter_.flat() / std::max(lean, noise[face] + 1e-300));
+  };
+
   const EdgeTable table(points.size(), mesh.triangles, used);
   std::vector<Cone> cones(points.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!used[t]) continue;
-    // Beside slivers the cone is not known well enough to bound the contacts by it.
-    constexpr double kSliver = 1e-9;
     for (const std::uint32_t v : mesh.triangles[t]) {
-      cones[v].normals.push_back(normals[t]);
-      if (noise[t] > kSliver) cones[v].nonmanifold = cones[v].convex_edge = true;
+      cones[v].normals.push_back({normals[t], noise[t]});
+      cones[v].lost = std::max(cones[v].lost, lost_by(static_cast<std::uint32_t>(t)));
     }
   }
   for (std::size_t from = 0; from < points.size(); ++from) {
@@ -299,11 +314,6 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       double sigma1 = 1, sigma0 = -1;
       double lost = 0;  // of a contact's place, by rounding of the facets' normals
       if (!many) {
-        const auto lost_by = [&](std::uint32_t face) {
-          const double lean = normals[face].head<2>().norm();
-          return noise[face] *
-                 (cutter_.corner() + cutter_.flat() / std::max(lean, noise[face] + 1e-300));
-        };
         if (left != kNone) {
           sigma1 = std::min(1.0, normals[left].dot(leftward) + noise[left]);
           lost = lost_by(left);
@@ -315,8 +325,8 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
       }
       // Borders add a horizontal normal to the cones of both ends.
       for (const std::uint32_t v : {static_cast<std::uint32_t>(from), to}) {
-        if (left == kNone) cones[v].normals.push_back(leftward);
-        if (right == kNone) cones[v].normals.push_back(-leftward);
+        if (left == kNone) cones[v].normals.push_back({leftward});
+        if (right == kNone) cones[v].normals.push_back({-leftward});
         if (left == kNone || right == kNone) cones[v].border = true;
       }
       if (sigma1 < sigma0) continue;  // concave: the facets hold the cutter off
@@ -442,9 +452,8 @@ Span row_span(const VertexPiece& v, const CutterShape& cutter, double y) {
   Span span = disk(v.x, v.y, cutter.radius(), y);
   span.x0 = std::max(span.x0, v.x0);
   span.x1 = std::min(span.x1, v.x1);
-  const double slack = kSlack * (std::fabs(v.x) + std::fabs(v.y) + cutter.radius());
-  cut(span, v.a[0], v.a[1] * (y - v.y) - v.a[0] * v.x + slack);
-  cut(span, v.b[0], v.b[1] * (y - v.y) - v.b[0] * v.x + slack);
+  cut(span, v.a[0], v.a[1] * (y - v.y) - v.a[0] * v.x + v.slack);
+  cut(span, v.b[0], v.b[1] * (y - v.y) - v.b[0] * v.x + v.slack);
   return span;
 }
 
@@ -455,9 +464,8 @@ Span line_span(const VertexPiece& v, const CutterShape& cutter, const Vec2& from
   cut(span, -d.x(), v.x1 - from.x());
   cut(span, d.y(), from.y() - v.y0);
   cut(span, -d.y(), v.y1 - from.y());
-  const double slack = kSlack * (std::fabs(v.x) + std::fabs(v.y) + cutter.radius());
-  cut(span, v.a[0] * d.x() + v.a[1] * d.y(), v.a[0] * ox + v.a[1] * oy + slack);
-  cut(span, v.b[0] * d.x() + v.b[1] * d.y(), v.b[0] * ox + v.b[1] * oy + slack);
+  cut(span, v.a[0] * d.x() + v.a[1] * d.y(), v.a[0] * ox + v.a[1] * oy + v.slack);
+  cut(span, v.b[0] * d.x() + v.b[1] * d.y(), v.b[0] * ox + v.b[1] * oy + v.slack);
   return span;
 }
 

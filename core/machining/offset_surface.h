@@ -37,11 +37,12 @@ struct EdgePiece {
   bool border = false;  // the surface ends here: the top of a wall, or of nothing
 };
 
-// The contacts at a vertex: the region is a box, cut by two half-planes a·(c - v) >= 0.
+// The contacts at a vertex: the region is a box, cut by two half-planes a·(c - v) >= -slack.
 struct VertexPiece {
   double x = 0, y = 0, z = 0;
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
   std::array<double, 2> a{0, 0}, b{0, 0};  // zero: no cut
+  double slack = 0;                        // rounding of the place and of the facets' normals
   bool border = false;                     // as of an edge
 };
 

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -254,6 +256,66 @@ TEST(PointDrop, ASliverBetweenTwoFacetsLeavesNoSlit) {
     }
   }
   EXPECT_GT(looked_at, 300);
+}
+
+// A cap around two corners so close together that rounding turns the normals of the two slivers
+// between them.
+TriangleMesh cap_with_slivers(const Vec2& middle, const Vec2& slope, double bend, double width) {
+  TriangleMesh mesh;
+  for (const Vec2& p :
+       {Vec2(-8, 0), Vec2(8, 0), Vec2(0, -8), Vec2(0, 8), Vec2(0, 0), Vec2(0, width)}) {
+    const double z = slope.dot(p) - bend * p.norm();
+    mesh.positions.emplace_back(middle.x() + p.x(), middle.y() + p.y(), z);
+  }
+  mesh.triangles = {{0, 2, 4}, {4, 2, 1}, {0, 4, 5}, {4, 1, 5}, {0, 5, 3}, {5, 1, 3}};
+  return mesh;
+}
+
+// The region of a corner holds the contacts of all facets around it by their true normals, however
+// far rounding turns those ...
+TEST(OffsetSurface, CornersOfSliversHoldTheContactsOfTheTrueNormals) {
+  Random random(13);
+  for (int k = 0; k < 500; ++k) {
+    const TriangleMesh mesh =
+        cap_with_slivers({random.uniform(50, 900), random.uniform(50, 900)},
+                         {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)},
+                         random.uniform(0, 0.2), std::pow(10, random.uniform(-9, -4)));
+    const Case& c = kCutters[static_cast<std::size_t>(k) % std::size(kCutters)];
+    const CutterShape cutter = shape(c.diameter, c.corner);
+    const OffsetSurface offset(mesh, cutter, 0);
+    using Long = Eigen::Matrix<long double, 3, 1>;
+    for (const VertexPiece& v : offset.vertices()) {
+      for (const auto& t : mesh.triangles) {
+        std::array<Long, 3> p;
+        bool around = false;
+        for (std::size_t i = 0; i < 3; ++i) {
+          p[i] = mesh.positions[t[i]].cast<long double>();
+          around = around || mesh.positions[t[i]] == Vec3(v.x, v.y, v.z);
+        }
+        if (!around) continue;
+        const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]).normalized().cast<double>();
+        const Vec2 off = cutter.corner() * n.head<2>() + cutter.flat() * n.head<2>().normalized();
+        EXPECT_TRUE(v.x + off.x() >= v.x0 && v.x + off.x() <= v.x1) << k;
+        EXPECT_TRUE(v.y + off.y() >= v.y0 && v.y + off.y() <= v.y1) << k;
+        EXPECT_GE(v.a[0] * off.x() + v.a[1] * off.y(), -v.slack) << k;
+        EXPECT_GE(v.b[0] * off.x() + v.b[1] * off.y(), -v.slack) << k;
+      }
+    }
+  }
+}
+
+// ... and is no larger than that takes: disks of the whole cutter over thousands of needles would
+// make every pass their envelope.
+TEST(OffsetSurface, SliversKeepTheirCornersRegionsNarrow) {
+  const TriangleMesh mesh = cap_with_slivers({60, 63}, {0.031, 0.017}, 0, 1e-6);
+  for (const Case& c : kCutters) {
+    const OffsetSurface offset(mesh, shape(c.diameter, c.corner), 0);
+    for (const VertexPiece& v : offset.vertices()) {
+      if (v.border) continue;
+      EXPECT_LT(v.x1 - v.x0, 1e-4) << c.diameter << " " << c.corner;
+      EXPECT_LT(v.y1 - v.y0, 1e-4) << c.diameter << " " << c.corner;
+    }
+  }
 }
 
 TEST(PointDrop, StopsOnlyAtHeightsThatAreEnough) {
