@@ -9,12 +9,17 @@
 
 #include "core/compound/compound_impl.h"
 #include "core/grid/grid_array.h"
+#include "core/solids/polyhedron.h"
 
 namespace diesink {
 namespace {
 
 // Deepest nesting of groups that the parser lets through.
 constexpr std::size_t kMaxNesting = 64;
+// Of the domain: faces of solids no wider in plan are upright. Half of what curves may be off, and
+// what rounding to six decimals makes of the walls of a solid that leans. Regions so narrow would
+// need cells as small all along them.
+constexpr double kUprightWidth = 5e-10;
 
 // The cell of a scaled coordinate, clamped before the cast: infinite boxes are usual.
 inline int cell_of(double scaled, int cells) {
@@ -397,7 +402,14 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
   impl->size = std::fmax(impl->size, largest_coordinate(own, impl->bodies));
   impl->tie = std::ldexp(impl->size, -42);
   impl->bodies.clear();
-  for (const Solid& solid : own.solids) impl->bodies.emplace_back(solid.body, impl->tie);
+  const Machining& plan = impl->program.machining;
+  const double side =
+      std::fmax(plan.x_range[1] - plan.x_range[0], plan.y_range[1] - plan.y_range[0]);
+  for (Solid& solid : impl->program.solids) {
+    if (auto* polyhedron = std::get_if<Polyhedron>(&solid.body))
+      stand_upright(*polyhedron, kUprightWidth * std::fmin(side, impl->size));
+    impl->bodies.emplace_back(solid.body, impl->tie);
+  }
 
   // Sides that are one quadric, found among neighbours in plan (64 of them: more in one place are
   // not told).

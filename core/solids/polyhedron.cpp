@@ -66,7 +66,7 @@ Vec3 area_vector(const Loop& loop, const std::vector<Vec3>& at) {
   return sum;
 }
 
-Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width, double size) {
+Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width) {
   Plane plane;
   plane.n = unit(area_vector(loop, at));
   // A component within the rounding of the corners themselves is zero: walls meant vertical are
@@ -80,17 +80,6 @@ Plane plane_of(const Loop& loop, const std::vector<Vec3>& at, double width, doub
       plane.n[k] = 0;
       snapped = true;
     }
-  }
-  // So are walls of a solid that leans: its corners' last digits tilt them.
-  double low = at[loop[0]].z(), high = low;
-  for (const std::uint8_t v : loop) {
-    low = std::min(low, at[v].z());
-    high = std::max(high, at[v].z());
-  }
-  if (plane.n.z() != 0 && std::fabs(plane.n.z()) < 1e-6 &&
-      std::fabs(plane.n.z()) * (high - low) <= kUprightWidth * size) {
-    plane.n.z() = 0;
-    snapped = true;
   }
   if (snapped) plane.n = unit(plane.n);
   Vec3 offset = Vec3::Zero();
@@ -163,7 +152,7 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
       return input_error(face_text(f + 1, faces[f]) +
                          " crosses itself; its corners are needed in order around it");
     }
-    face.plane = plane_of(face.loop, at, width, size);
+    face.plane = plane_of(face.loop, at, width);
     double off = 0;
     for (const std::uint8_t v : face.loop) {
       off = std::max(off, std::fabs(height_over(face.plane, at[v])));
@@ -202,6 +191,22 @@ Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const Face
     }
   }
   return Body(std::move(body));
+}
+
+void stand_upright(Polyhedron& body, double width) {
+  constexpr double kMostLean = 1e-6;  // lest a face that is small altogether be taken for a wall
+  for (PolyhedronFace& face : body.faces) {
+    Plane& plane = face.plane;
+    double low = body.vertices[face.loop[0]].z(), high = low;
+    for (const std::uint8_t v : face.loop) {
+      low = std::min(low, body.vertices[v].z());
+      high = std::max(high, body.vertices[v].z());
+    }
+    const double lean = std::fabs(plane.n.z());
+    if (lean == 0 || lean > kMostLean || lean * (high - low) > width) continue;
+    plane.n = unit({plane.n.x(), plane.n.y(), 0});
+    plane.d = -plane.n.dot(body.vertices[face.loop[0]]) + 0.0;
+  }
 }
 
 }  // namespace diesink

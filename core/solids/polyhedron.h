@@ -26,16 +26,17 @@ inline constexpr double kPlanarity = 1e-6;
 // computed.
 inline constexpr double kCoincidence = 1e-11;
 
-// A face no wider than this in plan, in the body's size, stands upright.
-inline constexpr double kUprightWidth = 1e-9;
-
 // The body of corners P1.. and faces face1..: corners that coincide become one vertex, faces that
 // collapse to a line are left out with their numbers, loops come out anticlockwise from outside. A
 // face whose corners share a coordinate, or stand above each other, gets a plane that is exactly
-// parallel to that axis, and one that is upright but for the last digits of its corners is upright.
-// Needs: at most 8 corners; faces that close up (each edge twice, once
+// parallel to that axis. Needs: at most 8 corners; faces that close up (each edge twice, once
 // either way). Errors: face not planar or crossing itself, body not convex, body without volume;
 // without a place.
 Result<Body> make_polyhedron(std::span<const Vec3> corners, std::span<const FaceCorners> faces);
+
+// Faces no wider in plan than `width`, a length, become upright, through their first corner: walls
+// of a solid that leans, which the last digits of its corners have tilted.
+// Bound: no corner lies farther than `width` off its face for that.
+void stand_upright(Polyhedron& body, double width);
 
 }  // namespace diesink

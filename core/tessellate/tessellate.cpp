@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -34,6 +35,9 @@ constexpr double kArcShare = 0.75;
 constexpr double kSeamShare = 0.35;
 // And between planes.
 constexpr double kFlatArcShare = 0.96;
+
+// Ties: what is left of a finer tolerance when vertices have rounded is nothing to refine to.
+constexpr double kFinest = 64;
 
 PlanBox tile_box(const TileCuts& cuts, const std::array<int, 2>& tile) {
   const auto i = static_cast<std::size_t>(tile[0]), j = static_cast<std::size_t>(tile[1]);
@@ -236,6 +240,15 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
   const Machining& m = given.program().machining;
   const double tolerance = asked.tolerance > 0 ? asked.tolerance : m.tolerance;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
+  if (const double finest = kFinest * given.tie_tolerance(); tolerance < finest) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2g", 1.01 * finest);
+    return Error{ErrorCode::kInput,
+                 "the tolerance is finer than coordinates as large as these can hold: it needs at "
+                 "least " +
+                     std::string(text),
+                 {given.program().file}};
+  }
   const bool tiled = asked.tiles != std::array{1, 1};
   TessellationOptions options = asked;
   if (tiled && options.solid && !options.floor) options.floor = common_floor(given, domain);

@@ -221,6 +221,18 @@ TEST(Tessellate, FlatFacesTakeAFewTrianglesAChord) {
   EXPECT_LT(box_only->mesh.triangles.size(), 150u);
 }
 
+TEST(Tessellate, RefusesATolerancePastCoordinates) {
+  const CompoundSurface surface = surface_of(
+      "SOLID-DEF\nS,SPHER\nP1,50,50,0\nRAD,30\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S\nMACHI-DEF\n"
+      "X-RNG,0,100\nY-RNG,0,100\nTOLER,.1\n");
+  TessellationOptions options;
+  options.tolerance = 1e-30;
+  const Result<Tessellation> made = tessellate(surface, options);
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, ErrorCode::kInput);
+  EXPECT_NE(made.error().message.find("finer than coordinates"), std::string::npos);
+}
+
 TEST(Tessellate, RefusesAFloorThatIsNotBelow) {
   TessellationOptions options;
   options.solid = true;

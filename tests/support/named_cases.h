@@ -455,6 +455,15 @@ inline std::vector<NamedCase> named_cases() {
        "P4,29.602421,76.137095,-1.273914\nHEI,3.060118\nBSURF-DEF\nPLANE,0\n"
        "BOOLE-DEF\nB-S16\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nTOLER,.05\n",
        0.05},
+      // The same over a slope: what is seen of the sides is wider than last digits of the block's
+      // own.
+      {"LeaningBlockOnASlope",
+       "SOLID-DEF\nS35,4-PRIS,2\nP1,81.371828,49.510678,-4.334414\n"
+       "P2,94.349407,56.777739,-4.334414\nP3,87.797899,68.477477,-2.71676\n"
+       "P4,74.820321,61.210416,-2.71676\nHEI,5.664308\nBSURF-DEF\nPLANE\nP1,50,50,0\n"
+       "NOR,-0.1,0.05,1\nBOOLE-DEF\nB+S35\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n"
+       "TOLER,.01\n",
+       0.01},
       // Leaning blocks with their undersides in one plane but for rounding.
       {"LeaningBlocksFlush",
        "SOLID-DEF\nS17,4-PRIS,2\nP1,48.873806,68.744392,-0.721108\n"
