@@ -30,8 +30,8 @@ struct Scene {
 };
 
 std::string part_text(const Scene& scene);
-Scene pockets();    // the bodies of fixtures/parts/pockets.part
-Scene like_fig6();  // Fig. 6 of the paper with a level base and upright cone
+Scene pockets(const char* part);  // the bodies of a plate of make_parts.py; none: not such a file
+Scene like_fig6();                // Fig. 6 of the paper with a level base and upright cone
 
 // A whole plane, sphere, cylinder or cone.
 struct Carrier {

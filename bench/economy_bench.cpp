@@ -3,7 +3,9 @@
 // same way for all three: the distance of points of every triangle from the plane, sphere, cylinder
 // or cone that it stands for, and that of crease edges from the curve in which two of those meet.
 // Then a scan, thinned out by diesink and by OpenMesh's decimater (economy_scan.cpp).
-// usage: economy_bench [TOLERANCE]      of the pockets; the other scene takes twice it
+// usage: economy_bench [TOLERANCE [PART]]      TOLERANCE of the pockets; the other scene takes
+// twice
+//                                              it. PART: other pockets, of make_parts.py
 // Sources: none of its own.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
@@ -70,11 +72,17 @@ void compare(const Scene& scene, double tolerance) {
 int main(int argc, char** argv) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   const double tolerance = argc > 1 ? std::strtod(argv[1], nullptr) : 0.01;
-  if (argc > 2 || !(tolerance > 0)) {
-    std::fprintf(stderr, "usage: economy_bench [TOLERANCE]\n");
+  if (argc > 3 || !(tolerance > 0)) {
+    std::fprintf(stderr, "usage: economy_bench [TOLERANCE [PART]]\n");
     return 1;
   }
-  diesink::bench::compare(diesink::bench::pockets(), tolerance);
+  const diesink::bench::Scene plate =
+      diesink::bench::pockets(argc > 2 ? argv[2] : DIESINK_FIXTURE_PARTS "/pockets.part");
+  if (plate.bodies.empty()) {
+    std::fprintf(stderr, "economy_bench: no pockets in '%s'\n", argv[2]);
+    return 1;
+  }
+  diesink::bench::compare(plate, tolerance);
   diesink::bench::compare(diesink::bench::like_fig6(), 2 * tolerance);
 #ifdef DIESINK_BENCH_OPENMESH
   diesink::bench::compare_scan(0.5 * tolerance);

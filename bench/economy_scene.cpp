@@ -64,9 +64,9 @@ std::string part_text(const Scene& scene) {
   return text + "BSURF-DEF\nPLANE,0\nBOOLE-DEF\n" + terms + "\n" + line;
 }
 
-Scene pockets() {
+Scene pockets(const char* part) {
   Scene scene{"50 pockets and 50 bosses", 200, {}};
-  std::ifstream file(DIESINK_FIXTURE_PARTS "/pockets.part");
+  std::ifstream file(part);
   std::map<std::string, std::array<double, 3>> data;
   const auto finish = [&](const std::string& type) {
     if (type.empty()) return;

@@ -2,6 +2,7 @@
 """Writes part programs that are too long to write by hand. The same arguments give the same text.
 
   make_parts.py pockets           50 sphere pockets and 50 bosses on a plate (fixtures/parts/pockets.part)
+  make_parts.py pockets --radii F the same with all radii F times as large, F up to 1
   make_parts.py solids N          N solids of every type on a Ferguson base; 400 of them on 1000 x 1000, other
                                   numbers at the same density
   make_parts.py solids N --warp   the same on a base whose points are not on a regular plan grid
@@ -115,7 +116,7 @@ def solids(count, warp):
     return lines + ["BOOLE-DEF"] + expression(terms) + machining(side, 1, 0.02)
 
 
-def pockets():
+def pockets(radii):
     rng = random.Random(50)
     lines = ["$$ 50 sphere pockets and 50 bosses on a plate, made by scripts/make_parts.py", "SOLID-DEF"]
     terms = ["B"]
@@ -126,13 +127,13 @@ def pockets():
         name = "%s%d" % ("P" if pocket else "K", k + 1)
         if pocket:
             lines += [name + ",SPHER,1", statement("P1", x, y, rng.uniform(0, 2)),
-                      statement("RAD", rng.uniform(4, 7))]
+                      statement("RAD", radii * rng.uniform(4, 7))]
         elif k % 3 == 0:
             lines += [name + ",R-CONE,1", statement("P1", x, y, -1), statement("P2", x, y, rng.uniform(6, 9)),
-                      statement("RAD", rng.uniform(4, 6))]
+                      statement("RAD", radii * rng.uniform(4, 6))]
         else:
             lines += [name + ",R-CYLI,2", statement("P1", x, y, -1), "NOR,0,0,1",
-                      statement("RAD", rng.uniform(3, 6)), statement("LEN", rng.uniform(3, 6))]
+                      statement("RAD", radii * rng.uniform(3, 6)), statement("LEN", rng.uniform(3, 6))]
         terms.append(("-" if pocket else "+") + name)
     lines += ["BSURF-DEF", "PLANE,0", "BOOLE-DEF"] + expression(terms)
     return lines + machining(200, 2, 0.02)
@@ -143,12 +144,15 @@ def main():
     parser.add_argument("part", choices=["pockets", "solids"])
     parser.add_argument("count", type=int, nargs="?", default=400)
     parser.add_argument("--warp", action="store_true")
+    parser.add_argument("--radii", type=float, default=1.0, help="of pockets and bosses, times those of the part (1)")
     parser.add_argument("-o", "--output", help="file to write (default: standard output)")
     parser.add_argument("--compare", help="write nothing; fail unless this file is what would be written")
     options = parser.parse_args()
     if not 1 <= options.count <= 10000:
         parser.error("N is 1 to 10000")
-    lines = pockets() if options.part == "pockets" else solids(options.count, options.warp)
+    if not 0 < options.radii <= 1:
+        parser.error("F is over 0, up to 1")
+    lines = pockets(options.radii) if options.part == "pockets" else solids(options.count, options.warp)
     text = "\n".join(lines) + "\n"
     if options.compare:
         with open(options.compare, encoding="ascii", newline="") as file:
