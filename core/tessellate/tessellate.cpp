@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <unordered_map>
 
 #include "core/grid/grid_array.h"
+#include "core/number.h"
 #include "core/parallel.h"
 #include "core/tessellate/arc_samples.h"
 #include "core/tessellate/arrangement.h"
@@ -37,7 +37,7 @@ constexpr double kSeamShare = 0.35;
 constexpr double kFlatArcShare = 0.96;
 
 // Ties: what is left of a finer tolerance when vertices have rounded is nothing to refine to.
-constexpr double kFinest = 64;
+constexpr double kFinest = 16;
 
 PlanBox tile_box(const TileCuts& cuts, const std::array<int, 2>& tile) {
   const auto i = static_cast<std::size_t>(tile[0]), j = static_cast<std::size_t>(tile[1]);
@@ -241,12 +241,9 @@ Result<Tessellation> tessellate(const CompoundSurface& given, const Tessellation
   const double tolerance = asked.tolerance > 0 ? asked.tolerance : m.tolerance;
   const PlanBox domain{m.x_range[0], m.x_range[1], m.y_range[0], m.y_range[1]};
   if (const double finest = kFinest * given.tie_tolerance(); tolerance < finest) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2g", 1.01 * finest);
     return Error{ErrorCode::kInput,
-                 "the tolerance is finer than coordinates as large as these can hold: it needs at "
-                 "least " +
-                     std::string(text),
+                 "the tolerance is finer than coordinates as large as these can hold; ask for " +
+                     number_text(std::pow(10, std::ceil(std::log10(finest)))) + " or more",
                  {given.program().file}};
   }
   const bool tiled = asked.tiles != std::array{1, 1};

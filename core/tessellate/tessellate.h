@@ -102,7 +102,7 @@ struct Tessellation {
 // empty mesh. Solid tiles are closed blocks; without `floor` all stand on one, below everything the
 // program names.
 // Errors: kInput for an empty surface (of a domain in one tile), a grid over the limits or a
-// tolerance below 1.5e-11 of the largest coordinate; kLimit
+// tolerance below 4e-12 of the largest coordinate; kLimit
 // for too many triangles;
 //         kUnsupported for a MESH base where a grid with creases is asked for.
 Result<Tessellation> tessellate(const CompoundSurface& surface, const TessellationOptions& options);

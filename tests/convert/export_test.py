@@ -16,39 +16,26 @@ REPORT = ["triangles", "vertices", "crease_vertices", "jump_vertices", "corner_v
           "curves", "seconds", "threads", "version"]
 
 # A wall, a silhouette and a line of the base's grid touch in one point.
-TOUCHING = """SOLID-DEF
-S0,3-PRIS,1
-P1,20,35,0
-P2,20,45,0
-P3,20,40,5
-P4,30,35,0
-P5,30,45,0
-P6,30,40,5
-S1,R-CONE,1
-P1,20,0,0
-P2,20,0,10
+OVERHANGING = """SOLID-DEF
+S2,4-PRIS,1
+P1,10,-5,0
+P2,50,-5,0
+P3,50,35,0
+P4,10,35,0
+P5,20,5,5
+P6,40,5,5
+P7,40,25,5
+P8,20,25,5
+S8,R-CONE,1
+P1,45,30,0
+P2,50,30,5
 RAD,5
-S2,R-CYLI,1
-P1,25,25,0
-P2,25,45,0
-RAD,5
-BSURF-DEF
-3,3
-0,0,0
-20,0,0
-40,0,0
-0,20,0
-20,20,0
-40,20,5
-0,40,0
-20,40,0
-40,40,0
 BOOLE-DEF
-B+S0-S1+S2
+S2+S8
 MACHI-DEF
-X-RNG,0,40
-Y-RNG,0,40
-TOLER,.02
+X-RNG,0,100
+Y-RNG,0,100
+TOLER,0.05
 """
 
 
@@ -87,9 +74,9 @@ class Export(CommandLineTest):
             self.assertEqual(told[key], filed[key], key)
 
     def test_doubts_are_told_by_place(self):
-        # Base, wall and silhouette run into each other in one point: part of that is not proven.
-        self.write("touching.part", TOUCHING)
-        done = self.run_program("export", "touching.part", "-o", "touching.stl", "--json", status=NOT_KEPT)
+        # A cone's apex stands out over a slope, its flank all but upright there: part of that is not proven.
+        self.write("overhanging.part", OVERHANGING)
+        done = self.run_program("export", "overhanging.part", "-o", "overhanging.stl", "--json", status=NOT_KEPT)
         told = json.loads(done.stdout)
         self.assertGreater(told["uncertified_area"], 0)
         self.assertGreater(told["doubt_count"], 0)
