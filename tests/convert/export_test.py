@@ -15,7 +15,7 @@ REPORT = ["triangles", "vertices", "crease_vertices", "jump_vertices", "corner_v
           "certified_deviation", "uncertified_area", "area", "volume", "watertight", "domain", "bounds", "elements",
           "curves", "seconds", "threads", "version"]
 
-# A wall, a silhouette and a line of the base's grid touch in one point.
+# A cone whose apex stands out over a slope.
 OVERHANGING = """SOLID-DEF
 S2,4-PRIS,1
 P1,10,-5,0
