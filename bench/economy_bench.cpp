@@ -3,9 +3,9 @@
 // same way for all three: the distance of points of every triangle from the plane, sphere, cylinder
 // or cone that it stands for, and that of crease edges from the curve in which two of those meet.
 // Then a scan, thinned out by diesink and by OpenMesh's decimater (economy_scan.cpp).
-// usage: economy_bench [TOLERANCE [PART]]      TOLERANCE of the pockets; the other scene takes
-// twice
-//                                              it. PART: other pockets, of make_parts.py
+// usage: economy_bench [TOLERANCE [PART]]
+//        TOLERANCE   of the pockets (0.01); the other scene takes twice it
+//        PART        other pockets, of make_parts.py
 // Sources: none of its own.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
@@ -76,10 +76,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: economy_bench [TOLERANCE [PART]]\n");
     return 1;
   }
-  const diesink::bench::Scene plate =
-      diesink::bench::pockets(argc > 2 ? argv[2] : DIESINK_FIXTURE_PARTS "/pockets.part");
+  const char* part = argc > 2 ? argv[2] : DIESINK_FIXTURE_PARTS "/pockets.part";
+  const diesink::bench::Scene plate = diesink::bench::pockets(part);
   if (plate.bodies.empty()) {
-    std::fprintf(stderr, "economy_bench: no pockets in '%s'\n", argv[2]);
+    std::fprintf(stderr, "economy_bench: no pockets in '%s'\n", part);
     return 1;
   }
   diesink::bench::compare(plate, tolerance);

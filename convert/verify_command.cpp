@@ -16,7 +16,6 @@
 #include "convert/paths.h"
 #include "convert/text_table.h"
 #include "core/counted.h"
-#include "core/machining/wide_surface.h"
 #include "formats/output_file.h"
 #include "formats/png_image.h"
 #include "formats/text_number.h"
@@ -126,7 +125,7 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
   how->progress = [&](double part) { progress.update(0.2 + 0.8 * part); };
   const Result<Tessellation> mesh = wide_mesh(*loaded.value, *how);
   if (!mesh) return report(mesh.error());
-  const double deviation = deviation_where_certified(mesh->report);
+  const double deviation = mesh->report.deviation_where_certified();
   const Result<VerifyReport> found = verify_path(
       *loaded.value, mesh->mesh, deviation,
       [&](const PathTaker& take) { return path.value->points(program.unit, take); }, *how);

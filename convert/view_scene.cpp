@@ -9,7 +9,6 @@
 #include "convert/mesh_frame.h"
 #include "convert/path_check.h"
 #include "convert/path_input.h"
-#include "core/machining/wide_surface.h"
 #include "core/parallel.h"
 #include "core/tessellate/tessellate.h"
 #include "formats/input_file.h"
@@ -224,7 +223,7 @@ ExitStatus show_cut(Scene& scene, const CompoundSurface& part, const ViewSources
   const Result<Tessellation> mesh = wide_mesh(part, *how);
   if (!mesh) return report(mesh.error());
   const Result<VerifyReport> found =
-      verify_path(part, mesh->mesh, deviation_where_certified(mesh->report), *scene.path, *how);
+      verify_path(part, mesh->mesh, mesh->report.deviation_where_certified(), *scene.path, *how);
   if (!found) return report(found.error());
   const LatticeMap map = thinned(*found, how->intol, kMostPixels);
   CutMap cut;

@@ -13,7 +13,6 @@
 #include "convert/path_check.h"
 #include "convert/path_input.h"
 #include "convert/path_request.h"
-#include "core/machining/wide_surface.h"
 #include "core/parallel.h"
 #include "formats/input_file.h"
 #include "python/arrays.h"
@@ -246,7 +245,8 @@ Check verify(const Part& part, const Path& path, const CutterPair& cutter,
   VerifyReport found = unlocked([&]() -> Result<VerifyReport> {
     const Result<Tessellation> mesh = wide_mesh(part.surface, how);
     if (!mesh) return mesh.error();
-    return verify_path(part.surface, mesh->mesh, deviation_where_certified(mesh->report), own, how);
+    return verify_path(part.surface, mesh->mesh, mesh->report.deviation_where_certified(), own,
+                       how);
   });
   Check result;
   result.report = from_json(to_json(found));

@@ -8,38 +8,16 @@ The seed decides the die, the cutter (flat, ball, bull nose), the method, the an
 and the tolerances. Ends with 1 where a path gouges, plunges at rapid, leaves what it does not tell, or a command
 crashes or does not end. Dies that were told of stay in the folder."""
 # SPDX-License-Identifier: Apache-2.0
-import argparse
-import concurrent.futures
 import json
-import os
 import pathlib
 import random
-import resource
-import signal
-import subprocess
 import sys
 import tempfile
 
 import make_dies
+from soak import LIMIT, Look, options_of, run, soak
 
-LIMIT = 60  # seconds of processor time of one run
 CUTTERS = ["6,3", "6,0", "6,1", "10,5", "4,0.8", "3,1.5", "12,2", "8,0"]
-
-
-def run(*words, limit=LIMIT):
-    """(status, stdout, stderr, seconds of processor time); the status is None where it takes more than the limit."""
-    limit = int(limit)
-    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
-        child = subprocess.Popen([str(w) for w in words], stdout=out, stderr=err,
-                                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1)))
-        _, status, used = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
-        out.seek(0)
-        err.seek(0)
-        said, complained, seconds = out.read(), err.read().strip(), used.ru_utime + used.ru_stime
-    if child.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
-        return None, "", f"does not end in {limit} s", seconds
-    return child.returncode, said, complained, seconds
 
 
 def way_of(kind, seed):
@@ -52,9 +30,9 @@ def way_of(kind, seed):
             "--intol", tolerance, "--outtol", rng.choice([tolerance, "0.03"])]
 
 
-def look_at(part, kind, seed, options):
+def check(part, way, options):
     """(failed, lines) of one die and the path over it."""
-    program, way, threads = options.build / "bin/diesink", way_of(kind, seed), ["--threads", 1]
+    program, threads = options.build / "bin/diesink", ["--threads", 1]
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "path.csv"
         # Meshes are soak_dies.py's subject.
@@ -98,34 +76,10 @@ def look_at(part, kind, seed, options):
     return failed, lines
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kind", choices=make_dies.KINDS)
-    parser.add_argument("first", type=int)
-    parser.add_argument("count", type=int)
-    parser.add_argument("--build", type=pathlib.Path, default=pathlib.Path("build/release"))
-    parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("build/soak"))
-    parser.add_argument("--slow", type=float, default=10, help="seconds of processor time from which on a run is told (10)")
-    parser.add_argument("--lanes", type=int, default=os.cpu_count(), help="paths at a time")
-    options = parser.parse_args()
-    seeds = range(options.first, options.first + options.count)
-    failures = refused = told = 0
-    with concurrent.futures.ThreadPoolExecutor(options.lanes) as lanes:
-        parts = [make_dies.write(options.kind, seed, options.folder) for seed in seeds]
-        looks = lanes.map(lambda part, seed: look_at(part, options.kind, seed, options), parts, seeds)
-        for seed, part, (failed, lines) in zip(seeds, parts, looks):
-            failures += failed
-            refused += any(line.startswith(("refused", "passed over")) for line in lines)
-            told += any("tells" in line for line in lines)
-            if lines:
-                print(f"{part.name} {' '.join(way_of(options.kind, seed))}", flush=True)
-            for line in lines:
-                print(f"  {'BAD ' if failed else ''}{line}", flush=True)
-            if not lines:
-                part.unlink()
-    print(f"{options.count} paths over {options.kind} dies: {failures} failed, {told} tell an area, {refused} not looked at")
-    return 1 if failures else 0
+def look_at(seed, options):
+    part, way = make_dies.write(options.kind, seed, options.folder), way_of(options.kind, seed)
+    return Look(f"{part.name} {' '.join(way)}", [part], *check(part, way, options))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(soak(look_at, "paths over dies", options_of(__doc__, make_dies.KINDS, slow=10)))

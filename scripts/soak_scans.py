@@ -11,37 +11,18 @@ Each die is exported (some as a solid, some in tiles) with a limit of 60 s and l
 Where the program tells an area (status 5) no more than that area may differ. Ends with 1 where something fails, crashes or
 does not end."""
 # SPDX-License-Identifier: Apache-2.0
-import argparse
-import concurrent.futures
 import json
 import math
-import os
 import pathlib
-import resource
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
 
 import make_scans
+from soak import Look, options_of, run, soak
 
-LIMIT = 60  # seconds of processor time of one run
 POINTS = 3000  # of the plan, and of the mesh
-
-
-def run(*words):
-    """(status, output, messages, seconds of processor time); the status is negative where it was stopped."""
-    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        process = subprocess.Popen([str(w) for w in words], stdout=out, stderr=err,
-                                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)))
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        texts = []
-        for file in (out, err):
-            file.seek(0)
-            texts.append(file.read().decode(errors="replace").strip())
-    return process.returncode, *texts, used.ru_utime + used.ru_stime
 
 
 class Triangles:
@@ -299,8 +280,8 @@ def check(surface, meshes, solid, watertight, told, certified, rng):
     return lines
 
 
-def look_at(kind, seed, options):
-    """(failed, lines) of one die."""
+def look_at(seed, options):
+    kind = make_scans.kind_of(options.kind, seed)
     part = make_scans.write(kind, seed, options.folder)
     surface = Surface(kind, seed)
     rng = np.random.default_rng(seed)
@@ -338,35 +319,8 @@ def look_at(kind, seed, options):
             wrong.append("certified, and not closed")
         failed = failed or bool(wrong)
         lines += [f"{name} WRONG: {line}" for line in wrong]
-    return failed, lines
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kind", choices=[*make_scans.KINDS, "all"])
-    parser.add_argument("first", type=int)
-    parser.add_argument("count", type=int)
-    parser.add_argument("--build", type=pathlib.Path, default=pathlib.Path("build/release"))
-    parser.add_argument("--folder", type=pathlib.Path, default=pathlib.Path("build/soak"))
-    parser.add_argument("--slow", type=float, default=5, help="seconds from which on a die is told (5)")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    options = parser.parse_args()
-    told = failures = 0
-    seeds = range(options.first, options.first + options.count)
-    with concurrent.futures.ThreadPoolExecutor(options.jobs) as lanes:
-        for seed, (failed, lines) in zip(seeds, lanes.map(
-                lambda s: look_at(make_scans.kind_of(options.kind, s), s, options), seeds)):
-            name = f"{make_scans.kind_of(options.kind, seed)}{seed}"
-            failures += failed
-            told += any(" tells " in line for line in lines)
-            for line in lines:
-                print(f"{name}: {line}", flush=True)
-            if not lines:
-                for ending in (".part", ".stl"):
-                    (options.folder / f"{name}{ending}").unlink()
-    print(f"{options.count} dies over scans ({options.kind}): {failures} failed, {told} tell an area")
-    return 1 if failures else 0
+    return Look(part.stem, [part, part.with_suffix(".stl")], failed, lines)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(soak(look_at, "dies over scans", options_of(__doc__, [*make_scans.KINDS, "all"], slow=5)))

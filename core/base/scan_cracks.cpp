@@ -2,11 +2,9 @@
 #include "core/base/scan_cracks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/mesh_tools/topology.h"
@@ -45,18 +43,9 @@ double close(TriangleMesh& mesh, const PlanBox& domain, double width, bool& loos
     moved = std::fmax(moved, (p - places[k]).norm());
   }
   if (moved == 0) return 0;
-  const WeldMap one = weld_map(mesh.positions);
-  std::size_t whole = 0;
-  for (const auto& t : mesh.triangles) {
-    const std::array<std::uint32_t, 3> c{one.of_vertex[t[0]], one.of_vertex[t[1]],
-                                         one.of_vertex[t[2]]};
-    if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) mesh.triangles[whole++] = c;
-  }
-  mesh.triangles.resize(whole);
-  std::vector<Vec3> kept;
-  kept.reserve(one.kept.size());
-  for (const std::uint32_t v : one.kept) kept.push_back(mesh.positions[v]);
-  mesh.positions = std::move(kept);
+  weld(mesh);
+  std::erase_if(mesh.triangles,
+                [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
   return moved;
 }
 
@@ -64,14 +53,11 @@ double close(TriangleMesh& mesh, const PlanBox& domain, double width, bool& loos
 
 std::optional<ClosedScan> close_cracks(const ScannedSurface& scan, const PlanBox& domain,
                                        double width, double loose_width) {
-  const WeldMap same = weld_map(scan.positions());
   ClosedScan closed;
   TriangleMesh& mesh = closed.mesh;
-  mesh.positions.reserve(same.kept.size());
-  for (const std::uint32_t v : same.kept) mesh.positions.push_back(scan.positions()[v]);
-  mesh.triangles.reserve(scan.triangles().size());
-  for (const auto& t : scan.triangles())
-    mesh.triangles.push_back({same.of_vertex[t[0]], same.of_vertex[t[1]], same.of_vertex[t[2]]});
+  mesh.positions.assign(scan.positions().begin(), scan.positions().end());
+  mesh.triangles.assign(scan.triangles().begin(), scan.triangles().end());
+  weld(mesh);
   bool loose = false, still = false;
   closed.moved = close(mesh, domain, width, loose);
   if (loose) closed.moved += close(mesh, domain, loose_width, still);

@@ -101,6 +101,7 @@ class LeftOver {
     std::vector<std::uint32_t> begin;  // of each cell; kNone: it has none
   };
   static constexpr std::uint32_t kNone = 0xffffffff;
+  static constexpr double kLeastCosine = 0.05;  // of normals, where a height is divided by it
   // The square between four points of the lattice.
   struct Cell {
     std::uint8_t nx = 1, ny = 1;  // points to a side; 1 and 1 where its corners say enough

@@ -102,7 +102,7 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
   head.unit = program.unit;
   head.feed = machining.feed.value_or(0);
   head.spindle = machining.spindle.value_or(0);
-  const double deviation = deviation_where_certified(mesh->report);
+  const double deviation = mesh->report.deviation_where_certified();
   Result<PathReport> planned = [&] {
     const ProgressSpan span(options.progress, 0.3, 0.8);
     return options.method == PathMethod::kCc

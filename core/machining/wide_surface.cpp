@@ -81,9 +81,4 @@ Result<CompoundSurface> widened(const CompoundSurface& surface, double margin) {
   return CompoundSurface::make(program);
 }
 
-double deviation_where_certified(const TessellationReport& report) {
-  return report.uncertified_area > 0 ? std::fmin(report.certified_deviation, report.tolerance)
-                                     : report.certified_deviation;
-}
-
 }  // namespace diesink

@@ -62,7 +62,6 @@ void ArcSamples::add_fades(std::uint32_t a, std::vector<Trial>& out) const {
   if (arc.fixed || arc.border || arc.left == kNoLabel || arc.right == kNoLabel || has_scan(a))
     return;
   const auto gap_at = [&](const ArcPoint& p) { return z_of(p, arc.left) - z_of(p, arc.right); };
-  std::vector<Trial> with;
   double t0 = 0;
   ArcPoint p0 = end_of(a, false);
   double gap0 = gap_at(p0);
@@ -78,16 +77,13 @@ void ArcSamples::add_fades(std::uint32_t a, std::vector<Trial>& out) const {
       Trial fade{hi, point_at(a, hi)};
       if (fade.p.node == ArcPoint::kNoNode) {
         fade.p.sides[1].z = fade.p.sides[0].z;
-        with.push_back(fade);
+        out.insert(out.begin() + static_cast<std::ptrdiff_t>(i++), fade);
       }
     }
-    if (at_end) break;
-    with.push_back(out[i]);
     t0 = t1;
     p0 = p1;
     gap0 = gap1;
   }
-  out = std::move(with);
 }
 
 void ArcSamples::drop(const std::vector<char>& gone) {

@@ -42,7 +42,7 @@ struct SamplingOptions {
   double flat_sag = 0;   // and between planes, which have no deviation of their own
   double tolerance = 0;  // of the faces beside
   double shortest = 0;   // no chord is made shorter
-  double unseen = 0;     // a wall so high is none
+  double unseen = 0;     // a wall no higher is none
   const std::vector<double>* grid_x =
       nullptr;  // both set: samples where arcs cross these lines, nothing else
   const std::vector<double>* grid_y = nullptr;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -81,6 +82,11 @@ struct TessellationReport {
   std::size_t doubt_count = 0;
   double seconds_evaluate = 0, seconds_tessellate = 0;
 
+  // How far the mesh may be from the surface outside uncertified_area: at a place of that it may be
+  // further off than any tolerance, which says nothing of the rest.
+  [[nodiscard]] double deviation_where_certified() const {
+    return uncertified_area > 0 ? std::fmin(certified_deviation, tolerance) : certified_deviation;
+  }
   // Counts a place into uncertified_area, and names it where there are not too many; one without
   // area is none.
   void add_doubt(const Vec3& place, std::string element, std::string what, double area_there) {

@@ -203,37 +203,29 @@ Result<Faces> mesh_faces(const CompoundSurface& surface, const ScanSheet& sheet,
   return faces;
 }
 
+PlanBox domain_of(const CompoundSurface& surface) {
+  const Machining& machining = surface.program().machining;
+  return {machining.x_range[0], machining.x_range[1], machining.y_range[0], machining.y_range[1]};
+}
+
 // What one way through says of the others.
 struct Outlook {
   bool may_differ = false;  // another may do where it fails, or do better
   bool too_fine = false;    // the scan asks for more cells than there may be, widened or not
 };
 
-Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
+// `closed`: how far vertices of the scan have moved before.
+Result<Tessellation> attempt(const CompoundSurface& original, double closed, const PlanBox& box,
                              const TessellationOptions& options, const Way& way, Outlook& outlook) {
   outlook = {};
   const double tolerance =
-      options.tolerance > 0 ? options.tolerance : given.program().machining.tolerance;
+      options.tolerance > 0 ? options.tolerance : original.program().machining.tolerance;
   const double feature_angle = options.feature_angle * (std::numbers::pi / 180);
   auto start = std::chrono::steady_clock::now();
   const auto tell = [&](double part) {
     if (options.progress) options.progress(part);
   };
 
-  const Machining& machining = given.program().machining;
-  const PlanBox domain{machining.x_range[0], machining.x_range[1], machining.y_range[0],
-                       machining.y_range[1]};
-  std::optional<CompoundSurface> mended;
-  double closed = 0;
-  if (std::optional<ClosedScan> cracks =
-          close_cracks(std::get<ScannedSurface>(given.impl().base), domain, way.cracks * tolerance,
-                       kStitching * tolerance)) {
-    Result<CompoundSurface> made = over_mesh(given, std::move(cracks->mesh));
-    if (!made) return made.error();
-    mended.emplace(std::move(*made));
-    closed = cracks->moved;
-  }
-  const CompoundSurface& original = mended ? *mended : given;
   ScanSheet sheet = top_sheet(std::get<ScannedSurface>(original.impl().base), box,
                               way.lean * tolerance, options.threads);
   const bool tiled = options.tiles != std::array{1, 1};
@@ -250,7 +242,7 @@ Result<Tessellation> attempt(const CompoundSurface& given, const PlanBox& box,
   }
   const CompoundSurface::Impl& impl = original.impl();
   SeamOptions seam_options;
-  seam_options.domain = domain;
+  seam_options.domain = domain_of(original);
   seam_options.tolerance = kSeamShare * tolerance;
   seam_options.sag = kArcShare * seam_options.tolerance;
   seam_options.shortest = std::fmax(0.5 * tolerance, 1e-9 * impl.size);
@@ -412,10 +404,29 @@ Result<Tessellation> tessellate_scan(const CompoundSurface& surface, const PlanB
   std::optional<Tessellation> best;  // of those not certified all over
   const bool tiled = options.tiles != std::array{1, 1};
   bool limit = false;  // too many cells for the scan as it is, in any of the ways
+  const double tolerance =
+      options.tolerance > 0 ? options.tolerance : surface.program().machining.tolerance;
+  // The scan with its cracks closed as the last way asked for; as it is where none were.
+  std::optional<CompoundSurface> whole;
+  double width = 0, closed = 0;  // of the cracks; how far a vertex has moved
   for (const Way& way : tiled ? kTileWays : kWays) {
     if (way.before == 0 ? limit : best.has_value()) continue;
+    if (way.cracks != width) {
+      width = way.cracks;
+      whole.reset();
+      closed = 0;
+      if (std::optional<ClosedScan> scan =
+              close_cracks(std::get<ScannedSurface>(surface.impl().base), domain_of(surface),
+                           width * tolerance, kStitching * tolerance)) {
+        Result<CompoundSurface> over = over_mesh(surface, std::move(scan->mesh));
+        if (!over) return over.error();
+        whole.emplace(std::move(*over));
+        closed = scan->moved;
+      }
+    }
     Outlook outlook;
-    Result<Tessellation> made = attempt(surface, box, options, way, outlook);
+    Result<Tessellation> made =
+        attempt(whole ? *whole : surface, closed, box, options, way, outlook);
     if (!outlook.may_differ) return made;
     if (made && (!best || made->report.uncertified_area < best->report.uncertified_area))
       best.emplace(std::move(*made));

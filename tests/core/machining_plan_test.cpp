@@ -10,7 +10,6 @@
 #include "core/machining/path_fit.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/tool_path_plan.h"
-#include "core/machining/wide_surface.h"
 #include "tests/support/height_mesh.h"
 #include "tests/support/random_program.h"
 
@@ -253,17 +252,6 @@ TEST(PlanDrop, HolesAreCrossedOnTheClearancePlane) {
     }
   }
   EXPECT_EQ(crossings, planned->report.passes);
-}
-
-TEST(WideMesh, ADoubtfulPlaceDoesNotCountForTheRest) {
-  TessellationReport report;
-  report.tolerance = 0.01;
-  report.certified_deviation = 0.004;
-  EXPECT_EQ(deviation_where_certified(report), 0.004);
-  report.add_doubt(Vec3::Zero(), "B", "there", 1e-3);
-  EXPECT_EQ(deviation_where_certified(report), 0.004);
-  report.certified_deviation = 1e4;
-  EXPECT_EQ(deviation_where_certified(report), 0.01);
 }
 
 TEST(PlanDrop, RefusesWhatCannotBe) {

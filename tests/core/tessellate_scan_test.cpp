@@ -14,7 +14,6 @@
 #include "core/compound/compound_impl.h"
 #include "core/tessellate/scan_arcs.h"
 #include "core/tessellate/scan_mesh.h"
-#include "core/tessellate/sheet_offset.h"
 #include "tests/support/height_mesh.h"
 #include "tests/support/load_part.h"
 #include "tests/support/mesh_proof.h"
@@ -83,23 +82,28 @@ void check_plan(const Tessellation& made, Faults& faults) {
   if (sum > domain * (1 + 1e-9)) faults.add("plan area beyond the domain", sum, domain);
 }
 
+// The mesh of a surface, in `faults` what is wrong with it by topology, plan and distance.
+Result<Tessellation> looked_at(const CompoundSurface& surface, bool solid, Faults& faults) {
+  TessellationOptions options;
+  options.solid = solid;
+  Result<Tessellation> made = tessellate(surface, options);
+  if (!made) return made;
+  check_topology(made->mesh, solid, faults);
+  check_plan(*made, faults);
+  check_deviation(surface, *made, made->report.tolerance, 1500, 1, faults);
+  return made;
+}
+
 // Faults of the sheet and of the solid; `told` is the part of the plan that may be told as not
 // certified; vertices where a solid meets the base lie on the solid and on a facet of the
 // scan, or as far beside it as what stands for an upright wall leans.
 std::string faults_over(const CompoundSurface& surface, bool solid,
                         std::size_t* triangles = nullptr, double told = 1e-9) {
-  ProofOptions options;
-  options.tessellation.solid = solid;
-  options.samples = 1500;
-  const Result<Tessellation> made = tessellate(surface, options.tessellation);
+  Faults faults;
+  const Result<Tessellation> made = looked_at(surface, solid, faults);
   if (!made) return "refused: " + to_text(made.error());
   if (triangles != nullptr) *triangles = made->mesh.triangles.size();
-  Faults faults;
-  check_topology(made->mesh, solid, faults);
-  check_plan(*made, faults);
   check_report(*made, solid, faults);
-  const double t = made->report.tolerance;
-  check_deviation(surface, *made, t, options.samples, options.seed, faults);
   check_curves(surface, *made, faults, 0, beside_scan(surface, made->report));
   // (Needles whose bound cannot be shown have no area to speak of.)
   const auto& d = made->report.domain;
@@ -247,54 +251,15 @@ TEST(TessellateScan, BordersThatCrossAreLaidStraight) {
     const CompoundSurface surface =
         over(rough_cube(n, rough, seed), solids, "B+S1-S2", "TOLER,.04\nX-INT,.5\nY-INT,.5\n");
     for (const bool solid : {false, true}) {
-      TessellationOptions options;
-      options.solid = solid;
-      const Result<Tessellation> made = tessellate(surface, options);
-      ASSERT_TRUE(made) << to_text(made.error());
       Faults faults;
-      check_topology(made->mesh, solid, faults);
-      check_plan(*made, faults);
-      check_deviation(surface, *made, made->report.tolerance, 1500, 1, faults);
+      const Result<Tessellation> made = looked_at(surface, solid, faults);
+      ASSERT_TRUE(made) << to_text(made.error());
       EXPECT_EQ(faults.text(), "") << rough;
       EXPECT_GT(made->report.certified_deviation, 0)
           << rough;  // not the grid, which proves nothing
       EXPECT_EQ(made->report.uncertified_area, 0) << rough;
     }
   }
-}
-
-// Over a ridge, a triangle with its corners on either side and one beyond the end of the scan.
-TEST(SheetOffset, IsThatOfTheFarthestPoint) {
-  TriangleMesh roof;
-  roof.positions = {{0, 0, 0}, {10, 0, 2}, {20, 0, 0}, {0, 30, 0}, {10, 30, 2}, {20, 30, 0}};
-  roof.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
-  const Result<ScannedSurface> scan = ScannedSurface::make(roof, {});
-  ASSERT_TRUE(scan);
-  const SheetOffset piece = sheet_offset(*scan, {Vec3(1, 1, 0.2), {9, 1, 1.8}, {5, 20, 1}});
-  EXPECT_NEAR(piece.height, 0, 1e-14);
-  EXPECT_EQ(piece.beyond, 0);
-  // The ridge passes 1.6 above it where it leaves it.
-  const SheetOffset through = sheet_offset(*scan, {Vec3(2, 5, 0.4), {18, 5, 0.4}, {10, 25, 2}});
-  EXPECT_NEAR(through.height, 1.6, 1e-12);
-  EXPECT_EQ(through.beyond, 0);
-  const SheetOffset over_end = sheet_offset(*scan, {Vec3(2, 29, 0.4), {8, 29, 1.6}, {5, 32, 1}});
-  EXPECT_NEAR(over_end.height, 0, 1e-14);
-  EXPECT_NEAR(over_end.beyond, 4, 1e-12);
-}
-
-// What lies beyond an edge, or over it by rounding alone, is as far off as it likes.
-TEST(SheetOffset, ASideAlongAWallIsNotOffByTheWall) {
-  TriangleMesh step;
-  step.positions = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 0, 5}, {10, 10, 5}, {0, 10, 5}};
-  step.triangles = {{0, 1, 2}, {3, 4, 5}};
-  const Result<ScannedSurface> scan = ScannedSurface::make(step, {});
-  ASSERT_TRUE(scan);
-  const SheetOffset beside =
-      sheet_offset(*scan, {Vec3(0, 0, 0), {10 + 1e-13, 1e-13, 0}, {1e-13, 10, 0}});
-  EXPECT_NEAR(beside.height, 0, 1e-12);
-  EXPECT_EQ(beside.beyond, 0);
-  const SheetOffset over = sheet_offset(*scan, {Vec3(0, 0, 0), {10, 0.1, 0}, {0, 10, 0}});
-  EXPECT_NEAR(over.height, 5, 1e-12);
 }
 
 // Chords whose nodes have moved too far to be known as the sheet's own vertices: those that lie
@@ -371,14 +336,9 @@ TEST(TessellateScan, FacetsMayMeetInOnePointAtTwoHeights) {
   }
   const CompoundSurface surface = over(scan, kBoss, "B+S1");
   for (const bool solid : {false, true}) {
-    TessellationOptions options;
-    options.solid = solid;
-    const Result<Tessellation> made = tessellate(surface, options);
-    ASSERT_TRUE(made) << to_text(made.error());
     Faults faults;
-    check_topology(made->mesh, solid, faults);
-    check_plan(*made, faults);
-    check_deviation(surface, *made, made->report.tolerance, 1500, 1, faults);
+    const Result<Tessellation> made = looked_at(surface, solid, faults);
+    ASSERT_TRUE(made) << to_text(made.error());
     EXPECT_EQ(faults.text(), "") << solid;
     EXPECT_EQ(made->report.uncertified_area, 0) << solid;
   }

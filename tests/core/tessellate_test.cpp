@@ -221,6 +221,17 @@ TEST(Tessellate, FlatFacesTakeAFewTrianglesAChord) {
   EXPECT_LT(box_only->mesh.triangles.size(), 150u);
 }
 
+TEST(TessellationReport, ADoubtfulPlaceDoesNotCountForTheRest) {
+  TessellationReport report;
+  report.tolerance = 0.01;
+  report.certified_deviation = 0.004;
+  EXPECT_EQ(report.deviation_where_certified(), 0.004);
+  report.add_doubt(Vec3::Zero(), "B", "there", 1e-3);
+  EXPECT_EQ(report.deviation_where_certified(), 0.004);
+  report.certified_deviation = 1e4;
+  EXPECT_EQ(report.deviation_where_certified(), 0.01);
+}
+
 TEST(Tessellate, RefusesATolerancePastCoordinates) {
   const CompoundSurface surface = surface_of(
       "SOLID-DEF\nS,SPHER\nP1,50,50,0\nRAD,30\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S\nMACHI-DEF\n"
