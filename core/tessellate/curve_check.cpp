@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 #include "core/compound/compound_impl.h"
-#include "core/tessellate/arrangement.h"
 #include "core/tessellate/implicit.h"
 #include "core/tessellate/plan_curve.h"
 
@@ -20,6 +19,9 @@ using Impl = CompoundSurface::Impl;
 // Points of a circle about a vertex at which the scan is asked for where it stands upright.
 constexpr int kRound = 16;
 
+// Of the size: what vertices of curves are held to.
+constexpr double kExact = 1e-9;
+
 class CurveCheck {
  public:
   CurveCheck(const CompoundSurface& surface, Tessellation& made)
@@ -27,7 +29,7 @@ class CurveCheck {
         impl_(surface.impl()),
         made_(made),
         certified_(std::fmax(made.report.tolerance, made.report.certified_deviation)),
-        exact_(1e-9 * impl_.size + kUnseen * made.report.tolerance) {}
+        exact_(kExact * impl_.size) {}
 
   void run() {
     name_faces();

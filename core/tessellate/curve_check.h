@@ -12,8 +12,7 @@ namespace diesink {
 // and as wide as the surface may be off, and in report.doubts. The mesh stays as it is.
 // Units:  the program's.
 // Needs:  `made` complete, `surface` the one it was made of.
-// Bound:  a vertex may be off by 1e-9 of the size and kUnseen of the tolerance (arrangement.h),
-//         which is as far as least cells leave it; from a scan, which may stand upright there, by
+// Bound:  a vertex may be off by 1e-9 of the size; from a scan, which may stand upright there, by
 //         what is certified.
 void check_curves(const CompoundSurface& surface, Tessellation& made);
 

@@ -153,12 +153,30 @@ bool Tidier::contract(std::uint32_t l) {
   return true;
 }
 
-// What one node knows of heights and the other does not.
+// What one node knows of heights and the other does not, at its own place: the two may lie as far
+// apart as double roots, and a face slopes.
 void Tidier::take_heights(GraphNode& into, const GraphNode& from) const {
-  for (const LabelHeight& h : from.heights) {
+  for (LabelHeight h : from.heights) {
     const bool known = std::any_of(into.heights.begin(), into.heights.end(),
                                    [&](const LabelHeight& o) { return o.label == h.label; });
-    if (!known) into.heights.push_back(h);
+    if (known) continue;
+    const Implicit face = solver_.implicit(solver_.ref_of(h.label));
+    const Vec2 p(into.x, into.y);
+    const auto off = [&](double z) { return std::fabs(face.value({p.x(), p.y(), z})); };
+    // A point of another face that is one of this, too, is better than any root: beside a
+    // silhouette that is half-precise, and beyond it there is none.
+    const auto shared = std::ranges::find_if(into.heights, [&](const LabelHeight& o) {
+      return off(o.z) <= surface_.tie && solver_.on_sheet(h.label, p, o.z);
+    });
+    double z = 0;
+    if (shared != into.heights.end()) {
+      h.z = shared->z;
+    } else if (off(h.z) > surface_.tie &&
+               (solver_.height(h.label, p.x(), p.y(), z) ||
+                (solver_.silhouette_height(h.label, p.x(), p.y(), z) && off(z) < off(h.z)))) {
+      h.z = z;
+    }
+    into.heights.push_back(h);
   }
   join_heights(into.heights, near_);
 }

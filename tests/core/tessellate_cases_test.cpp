@@ -158,6 +158,20 @@ TEST(DegenerateDies, LeaningSlotsWithBallEndsAreCertified) {
   EXPECT_EQ(prove(surface_of(slot), options), "");
 }
 
+// Two walls that touch in a point of the plan, over a slope: what is found of the slope beside the
+// point is not its height there.
+TEST(DegenerateDies, SphereBesideARimOverASlope) {
+  for (const char* normal : {"-.2,.1,1", "-.1,0,1", ".2,.2,1"}) {
+    const std::string die = "SOLID-DEF\n" + cone("K", "20,35,6", "20,35,30", "20") +
+                            sphere("S", "20,10,6", "5") + "BSURF-DEF\nPLANE\nP1,20,20,0\nNOR," +
+                            normal +
+                            "\nBOOLE-DEF\nB+K+S\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n";
+    expect_certified(die, 6000);
+    ProofOptions options;
+    EXPECT_EQ(prove(surface_of(die), options), "") << normal;
+  }
+}
+
 // A part moved by 1e6 has the same elements, curves and corners, but for the rounding of its own
 // coordinates, 1e-10 there; how many triangles it takes may hang on that. What is a thousandth of a
 // millimetre has only a few digits there.
