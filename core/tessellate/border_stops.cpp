@@ -23,6 +23,10 @@ constexpr double kNear = 4e-10;
 // where it meets the border. Enough for curves that meet it at an eighth of a degree.
 constexpr double kFarthest = 6e-9;
 
+// How much farther off than in plan what has been seen of an apex may be in height: of rulings as
+// steep as this.
+constexpr double kAside = 1000;
+
 class StopFinder {
  public:
   StopFinder(const Impl& surface, CellGraph& graph, const PlanBox& domain, const PlanBox& inner,
@@ -42,6 +46,7 @@ class StopFinder {
   [[nodiscard]] BorderStop stop_at_corner(std::uint8_t k) const;
   [[nodiscard]] bool on_seam(const BorderStop& stop) const;
   BorderStop join(std::vector<BorderStop>& group);
+  void draw_to_apex(BorderStop& stop, double most) const;
   void slide(BorderStop& stop, double most) const;
   void unlink(const std::vector<std::uint32_t>& nodes);
 
@@ -137,6 +142,39 @@ void StopFinder::slide(BorderStop& stop, double most) const {
     }
   }
   join_heights(node.heights, 1e-9 * surface_.size);
+}
+
+// Where a cone's apex lies on the border the cells have seen its rulings a hair beside it: what is
+// found of them there is the apex, if it is no farther along than `most`.
+void StopFinder::draw_to_apex(BorderStop& stop, double most) const {
+  PlanNode& node = stop.node;
+  if (stop.graph.empty() || node.seam) return;
+  const double near = kNear * surface_.size;
+  for (const LabelHeight& shown : node.heights) {
+    const SurfaceRef ref = solver_.ref_of(shown.label);
+    if (ref.solid < 0 || ref.face != kFaceSide) continue;
+    const BodyLine& line = surface_.bodies[static_cast<std::size_t>(ref.solid)];
+    const auto* body = std::get_if<QuadricBody>(&line.body());
+    if (body == nullptr || body->shape != QuadricShape::kCone) continue;
+    const Vec3 apex = body->p + body->C * body->frame.row(2).transpose();
+    const bool upright = stop.side % 2 == 1;
+    const double across = upright ? apex.x() - node.x : apex.y() - node.y;
+    const double along = upright ? apex.y() - node.y : apex.x() - node.x;
+    if (!(std::fabs(across) <= 4 * surface_.tie && std::fabs(along) <= std::fmin(near, most)))
+      continue;
+    (upright ? node.y : node.x) += along;
+    stop.along += stop.side < 2 ? along : -along;
+    for (LabelHeight& h : node.heights) {
+      const Implicit face = solver_.implicit(solver_.ref_of(h.label));
+      double z = 0;
+      if (std::fabs(face.value(apex)) <= near && std::fabs(h.z - apex.z()) <= kAside * near) {
+        h.z = apex.z();
+      } else if (solver_.height(h.label, node.x, node.y, z)) {
+        h.z = z;
+      }
+    }
+    return;
+  }
 }
 
 // Corner k is where side k begins.
@@ -248,6 +286,7 @@ std::vector<BorderStop> StopFinder::find() {
   for (std::size_t k = 0; k < stops.size(); ++k) {
     const double beside = std::fmin(gap[k], gap[(k + stops.size() - 1) % stops.size()]);
     slide(stops[k], std::fmin(kFarthest * surface_.size, 0.49 * beside));
+    draw_to_apex(stops[k], 0.49 * beside);
   }
   return stops;
 }

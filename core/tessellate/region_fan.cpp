@@ -33,8 +33,9 @@ bool RegionMesher::make_fan(const std::vector<PlanarTriangulation::Segment>& bor
   if (!apex || options_.grid_x != nullptr || border.size() < 3 ||
       arrangement_.regions[mesh_.region].loops.size() != 1)
     return false;
-  for (std::size_t k = 0; k < border.size(); ++k) {
-    if ((mesh_.position[border[k][0]] - *apex).norm() > flat_) continue;
+  const std::optional<std::uint32_t> vertex = border_vertex_at(*apex);
+  for (std::size_t k = 0; vertex && k < border.size(); ++k) {
+    if (border[k][0] != *vertex) continue;
     std::vector<PlanarTriangulation::Segment> from_apex = border;
     std::rotate(from_apex.begin(), from_apex.begin() + static_cast<std::ptrdiff_t>(k),
                 from_apex.end());

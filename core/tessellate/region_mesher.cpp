@@ -68,6 +68,7 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
       }
     }
   }
+  draw_to_apex();
   triangulation_ = PlanarTriangulation();
   fan_.clear();
   if (!in_plan_ && make_fan(segments)) {
@@ -110,9 +111,32 @@ double RegionMesher::weight() const {
   return chart_.is_plane() ? points : points * points;
 }
 
+// The vertex of the border that stands for the apex: the nearest of those as near as vertices of
+// curves are held to.
+std::optional<std::uint32_t> RegionMesher::border_vertex_at(const Vec3& apex) const {
+  std::optional<std::uint32_t> nearest;
+  double least = near_;
+  for (std::uint32_t v = 0; v < mesh_.position.size(); ++v) {
+    const double away = (mesh_.position[v] - apex).norm();
+    if (away > least) continue;
+    least = away;
+    nearest = v;
+  }
+  return nearest;
+}
+
+// All rulings meet in the apex, where rounding would have a border that runs through it a hair
+// aside: with the apex inside, once more, or with rulings of the border bent there.
+void RegionMesher::draw_to_apex() {
+  const std::optional<Vec3> apex = chart_.apex();
+  if (!apex || in_plan_ || options_.grid_x != nullptr) return;
+  if (const std::optional<std::uint32_t> v = border_vertex_at(*apex))
+    points_[*v] = chart_.to_chart(*apex);
+}
+
 void RegionMesher::insert_apex() {
   const std::optional<Vec3> apex = chart_.apex();
-  if (!apex) return;
+  if (!apex || border_vertex_at(*apex)) return;
   const Vec2 c = to_plane(*apex);
   if (!triangulation_.insert(c)) return;
   mesh_.arc_point.push_back(ArcSamples::kNone);

@@ -26,7 +26,8 @@ class RegionMesher {
         options_(options),
         chart_(surface, arrangement.regions[index].label, deviation.base()),
         filter_(deviation, arrangement.regions[index].label),
-        flat_(2 * options.least_altitude) {
+        flat_(2 * options.least_altitude),
+        near_(1e-9 * surface.size) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
   }
@@ -66,6 +67,8 @@ class RegionMesher {
   bool make_fan_between(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);
   [[nodiscard]] std::vector<Chord> chords_of_fan() const;
   void finish_fan();
+  [[nodiscard]] std::optional<std::uint32_t> border_vertex_at(const Vec3& apex) const;
+  void draw_to_apex();
   void insert_apex();
   bool finish_in_plan();
   void insert_grid();
@@ -93,6 +96,7 @@ class RegionMesher {
   DeviationFilter filter_;
   double most_off_ = 0;  // of vertices inside, off the face
   double flat_;          // altitude of a triangle without area
+  double near_;          // what vertices of curves are held to
   PlanarTriangulation triangulation_;
   RegionMesh mesh_;
   std::unordered_map<std::uint32_t, std::uint32_t> local_of_;

@@ -497,6 +497,15 @@ inline std::vector<NamedCase> named_cases() {
        "P1,5000,5000,-321.9\nNOR,-.10905,.11893,1\nBOOLE-DEF\nB+S1\nMACHI-DEF\n"
        "X-RNG,0,10000\nY-RNG,0,10000\nTOLER,100\n",
        100},
+      // Apexes that stand out over what their rulings, or the border, run into: the vertex there is
+      // the apex but for rounding.
+      {"LeaningConesApexOnTheBorder", on_plane(cone("K", "20,30,0", "30,40,10", "10"), "+K")},
+      {"NarrowConesApexOnTheBorder", on_plane(cone("K", "20,40,0", "25,40,20", "5"), "+K")},
+      {"ApexOverARim",
+       on_plane(cone("K", "5,5,0", "25,25,20", "20") + cone("L", "15,25,0", "15,25,10", "10"),
+                "+K+L")},
+      {"ApexOverABlocksCorner",
+       on_plane(cone("K", "10,30,0", "20,20,10", "10") + box("A", "-5,0,-1", "20,20,30"), "+K+A")},
   };
 }
 
