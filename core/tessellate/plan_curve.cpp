@@ -370,6 +370,12 @@ bool CurveSolver::on_face(Label label, const Vec2& p, double z) const {
       if (cap.face != own.face && (upper ? above > slack : above < -slack)) return false;
     }
   }
+  // A cone ends in its apex; its quadric goes on beyond.
+  const auto* cone = std::get_if<QuadricBody>(&body.body());
+  if (cone != nullptr && cone->shape == QuadricShape::kCone &&
+      cone->frame.row(2).dot(Vec3(p.x(), p.y(), z) - cone->p) > cone->C + close) {
+    return false;
+  }
   if (!body.has_side() || own.face == kFaceSide) return on_sheet(label, p, z);
   Vec3 gradient;
   return implicit({own.solid, kFaceSide}).evaluate({p.x(), p.y(), z}, gradient) <= close;

@@ -497,6 +497,10 @@ inline std::vector<NamedCase> named_cases() {
        "P1,5000,5000,-321.9\nNOR,-.10905,.11893,1\nBOOLE-DEF\nB+S1\nMACHI-DEF\n"
        "X-RNG,0,10000\nY-RNG,0,10000\nTOLER,100\n",
        100},
+      // The quadric of a cone goes on beyond its apex, where it has the height of the block's top
+      // above the place at which its rim touches the block.
+      {"RimTouchingABlocksCorner",
+       on_plane(cone("K", "25,20,0", "25,20,5", "5") + box("A", "10,20,0", "20,25,10"), "+K+A")},
       // Apexes that stand out over what their rulings, or the border, run into: the vertex there is
       // the apex but for rounding.
       {"LeaningConesApexOnTheBorder", on_plane(cone("K", "20,30,0", "30,40,10", "10"), "+K")},
