@@ -78,6 +78,9 @@ struct FaceOver {
   Range zx, zy;  // gradient over the box; unbounded near a silhouette
 };
 
+// The zero line of a conic in a box as two graphs, over y or over x, that are nearly straight.
+enum class TwoGraphs : std::uint8_t { kNo, kOverY, kOverX };
+
 // A function of the plan across whose zero line labels may change.
 struct PlanFunction {
   enum class Kind : std::uint8_t {
@@ -96,6 +99,9 @@ struct PlanFunction {
   double lo = 0, hi = 0;             // value over the box
   double cgx = 0, cgy = 0;           // gradient at the centre
   double bend = 0;                   // bound of the second-order part over the box
+  bool exact = false;                // v, cgx, cgy and the next three are all of it: a conic
+  double hxx = 0, hxy = 0, hyy = 0;  // second derivatives
+  TwoGraphs two = TwoGraphs::kNo;    // where it is not regular
   bool implicit_side =
       false;  // kCrossing: the value is q of a quadric side on the other surface ...
   Label implicit_label = kNoLabel;  // ... and this is that side
@@ -114,10 +120,17 @@ struct PlanFunction {
     cgx = of.cgx;
     cgy = of.cgy;
     bend = of.bend;
+    exact = of.exact;
+    hxx = of.hxx;
+    hxy = of.hxy;
+    hyy = of.hyy;
+    two = of.two;
   }
   [[nodiscard]] bool regular_x() const { return gx.lo > 0 || gx.hi < 0; }
   [[nodiscard]] bool regular_y() const { return gy.lo > 0 || gy.hi < 0; }
   [[nodiscard]] bool regular() const { return regular_x() || regular_y(); }
+  // What of its zero line is in the box enters and leaves.
+  [[nodiscard]] bool passes() const { return regular() || two != TwoGraphs::kNo; }
 };
 
 using FaceList = ShortList<FaceOver, 12>;

@@ -50,17 +50,43 @@ bool GraphMaker::runs_inside(const PlanBox& box, const Item& in, const Item& out
   }
 }
 
+// Of a conic that runs through the cell twice, the branch that each change lies on: -1 or 1; 0 of
+// other lines.
+std::vector<int> GraphMaker::branches(const CellInfo& info, const std::vector<Item>& items) const {
+  std::vector<int> all(items.size(), 0);
+  if (!info.branched) return all;
+  CellVerdict verdict;
+  std::vector<std::uint32_t> steps = info.steps;
+  const CellBox box = CellBox::of(cell(info.cell).box);
+  classify(surface_, vertices_, box, steps, options_.flat, verdict);
+  for (const PlanFunction& f : verdict.functions) {
+    if (f.two == TwoGraphs::kNo) continue;
+    for (std::size_t k = 0; k < items.size(); ++k) {
+      const Item& item = items[k];
+      if (!((item.before == f.a && item.after == f.b) || (item.before == f.b && item.after == f.a)))
+        continue;
+      // The derivative along the rows has one sign on each branch.
+      const double x = graph_.nodes[item.node].x - box.x, y = graph_.nodes[item.node].y - box.y;
+      const double slope = f.two == TwoGraphs::kOverY ? f.cgx + f.hxx * x + f.hxy * y
+                                                      : f.cgy + f.hxy * x + f.hyy * y;
+      all[k] = slope < 0 ? -1 : 1;
+    }
+  }
+  return all;
+}
+
 // Joins changes two by two without crossings; false (and nothing done) where they do not pair up.
 bool GraphMaker::join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve) {
   const std::size_t n = items.size();
   if (n % 2 != 0) return false;
   std::vector<std::size_t> mate(n, n);
   if (by_curve) {
+    const std::vector<int> branch = branches(info, items);
     for (std::size_t i = 0; i < n; ++i) {
       // Two that were found by halving alone need not be of one curve.
       if (graph_.nodes[items[i].node].curve.type == CurveType::kUnsolved) return false;
       for (std::size_t j = 0; j < n; ++j) {
-        if (i == j || !matches(items[i], items[j])) continue;
+        if (i == j || branch[i] != branch[j] || !matches(items[i], items[j])) continue;
         if (!graph_.nodes[items[i].node].curve.same_as(graph_.nodes[items[j].node].curve)) continue;
         if (mate[i] != n) return false;  // not unique
         mate[i] = j;
@@ -369,7 +395,8 @@ void GraphMaker::join(std::int32_t i, const std::vector<OnBorder>& found) {
       done = join_corner(info, c, items);
     } else {
       done = join_pairs(info, items, true) ||
-             (!(least && goes_deeper(info, c, items)) && join_corner(info, c, items));
+             (!(least && goes_deeper(info, c, items)) && !(info.branched && !least) &&
+              join_corner(info, c, items));
     }
   } else if (least && !goes_deeper(info, c, items)) {
     done = join_corner(info, c, items);

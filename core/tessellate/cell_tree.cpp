@@ -27,6 +27,7 @@ constexpr double kWidest = 1 << 20;
 // The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
 // in it is close to its chord, so that points of the chord lead to points of the arc.
 bool nearly_straight(const PlanFunction& f) {
+  if (f.two != TwoGraphs::kNo) return true;
   const double mx = 0.5 * (f.gx.lo + f.gx.hi), my = 0.5 * (f.gy.lo + f.gy.hi);
   return 0.5 * (f.gx.hi - f.gx.lo) + 0.5 * (f.gy.hi - f.gy.lo) <
          0.6 * std::hypot(mx, my);  // false for NaN
@@ -167,6 +168,7 @@ bool CellTree::decide(Sprout& sprout, std::int32_t cell, std::vector<std::uint32
   info.cell = cell;
   info.has_vertex = verdict.has_vertex;
   info.star = verdict.star;
+  info.branched = verdict.branched;
   info.vertex = verdict.vertex;
   info.depth = verdict.depth;
   info.sorted_by_y = verdict.functions.count > 0 && verdict.functions[0].regular_x();

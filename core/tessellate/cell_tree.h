@@ -27,6 +27,7 @@ struct CellVerdict {
   bool hole = false;        // there may be no surface somewhere in the cell
   bool has_vertex = false;  // kCorner by a body's own vertex
   bool star = false;        // kCorner only if every function runs through the corner
+  bool branched = false;    // kCorner only if arcs side by side, two of them of one conic
   Vec3 vertex = Vec3::Zero();
   double depth = 0;  // height between the lowest and the highest candidate
 };
@@ -52,6 +53,7 @@ struct CellInfo {
   bool has_vertex = false;
   Vec3 vertex = Vec3::Zero();
   bool star = false;         // as of the verdict
+  bool branched = false;
   bool sorted_by_y = false;  // kArc: crossings pair up in ascending y (else in ascending x)
   double depth = 0;
   std::vector<std::uint32_t> steps;  // of the expression that matter in the cell

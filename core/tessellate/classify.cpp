@@ -6,6 +6,7 @@
 
 #include "core/tessellate/cell_tree.h"
 #include "core/tessellate/coincidence.h"
+#include "core/tessellate/line_pairs.h"
 
 namespace diesink {
 namespace {
@@ -105,44 +106,6 @@ void combine(const Impl& surface, StateOver& state, const FaceList& faces, bool 
   next.full = next.full || state.faces.full || faces.full;
   state.faces = next;
   if (sign > 0 && !faces_hole) state.hole = false;
-}
-
-// Two functions with the same zero line in the box: flush walls, concentric rims.
-bool same_line(const PlanFunction& f, const PlanFunction& g, const CellBox& box, double tie) {
-  if (!(f.bend < 1e300) || !(g.bend < 1e300)) return false;
-  const double nf = std::hypot(f.cgx, f.cgy), ng = std::hypot(g.cgx, g.cgy);
-  if (!(nf > 0) || !(ng > 0)) return false;
-  const double s = f.cgx * g.cgx + f.cgy * g.cgy >= 0 ? 1 / ng : -1 / ng;
-  const double gap = std::fabs(f.v / nf - g.v * s) + std::fabs(f.cgx / nf - g.cgx * s) * box.hx +
-                     std::fabs(f.cgy / nf - g.cgy * s) * box.hy;
-  // Equal second-order parts cannot be told from their bounds; equal value and gradient of two
-  // conics that bend by the same bound is taken for the same conic, which the vertices of the arcs
-  // then prove or not.
-  const double bend = std::fabs(f.bend / nf - g.bend / ng);
-  return gap + bend <= kLineSlack * tie;
-}
-
-// The zero lines of two functions have no common point in the box: lines side by side.
-bool run_apart(const PlanFunction& f, const PlanFunction& g, const CellBox& box) {
-  const double nf = std::hypot(f.cgx, f.cgy), ng = std::hypot(g.cgx, g.cgy);
-  if (!(nf > 0) || !(ng > 0)) return false;
-  const double s = f.cgx * g.cgx + f.cgy * g.cgy >= 0 ? 1 / ng : -1 / ng;
-  const double reach = std::fabs(f.cgx / nf - g.cgx * s) * box.hx +
-                       std::fabs(f.cgy / nf - g.cgy * s) * box.hy + f.bend / nf + g.bend / ng;
-  return std::fabs(f.v / nf - g.v * s) > reach;  // false for NaN and unbounded bends
-}
-
-bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
-  // 0 not in fx gy - fy gx.
-  const auto product = [](const Range& a, const Range& b, double& lo, double& hi) {
-    const double p[4] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
-    lo = std::min({p[0], p[1], p[2], p[3]});
-    hi = std::max({p[0], p[1], p[2], p[3]});
-  };
-  double l1, h1, l2, h2;
-  product(f.gx, g.gy, l1, h1);
-  product(f.gy, g.gx, l2, h2);
-  return l1 - h2 > 0 || h1 - l2 < 0;  // false for NaN
 }
 
 // A silhouette and a crossing of the same face: the wall at the silhouette fades to nothing where
@@ -263,20 +226,26 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     // The apex of a tilted cone on its own silhouette is a body vertex below.
     if (v.kind == CellKind::kArc) return;
   }
-  if (fs.count == 2 && fs[0].regular() && fs[1].regular() && is_transverse(fs[0], fs[1]) &&
+  const LinePairs pairs(v, box, surface.tie);
+  using Meeting = LinePairs::Meeting;
+  bool apart = fs.count >= 1;
+  for (int i = 0; i < fs.count && apart; ++i) {
+    apart = fs[i].passes();
+    v.branched = v.branched || !fs[i].regular();
+  }
+  if (apart && !v.branched && fs.count == 2 && pairs.of(0, 1) != Meeting::kUnknown &&
       !has_apex(vertices, fs, box)) {
     v.kind = CellKind::kCorner;
     return;
   }
-  bool apart = fs.count >= 2;
   for (int i = 0; i < fs.count && apart; ++i) {
-    apart = fs[i].regular();
-    for (int j = 0; j < i && apart; ++j) apart = run_apart(fs[i], fs[j], box);
+    for (int j = 0; j < i && apart; ++j) apart = pairs.of(i, j) == Meeting::kNever;
   }
   if (apart) {
     v.kind = CellKind::kCorner;  // arcs side by side, joined curve by curve
     return;
   }
+  v.branched = false;
   if (fs.count == 2 && labels == 2 && joined_by_fading(fs[0], fs[1], box, surface.tie, flat, v)) {
     v.kind = CellKind::kCorner;
     return;
@@ -348,11 +317,13 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
 }
 
 // Several lines no two of which meet more than once: one corner, if all of them run through it.
-bool is_star(const FunctionList& fs) {
+bool is_star(const CellVerdict& v, const CellBox& box, double tie) {
+  const FunctionList& fs = v.functions;
+  const LinePairs pairs(v, box, tie);
   for (int i = 0; i < fs.count; ++i) {
     if (!fs[i].regular()) return false;
     for (int j = 0; j < i; ++j) {
-      if (!is_transverse(fs[i], fs[j])) return false;
+      if (pairs.of(i, j) == LinePairs::Meeting::kUnknown) return false;
     }
   }
   return fs.count >= 3;
@@ -571,7 +542,8 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
   if (verdict.kind == CellKind::kUnknown && !fs.full && !verdict.candidates.full &&
       drop_crossings_along_lines(surface, box, verdict))
     decide(surface, vertices, box, flat, verdict);
-  if (verdict.kind == CellKind::kUnknown && !verdict.candidates.full && is_star(fs)) {
+  if (verdict.kind == CellKind::kUnknown && !verdict.candidates.full &&
+      is_star(verdict, box, tie)) {
     verdict.kind = CellKind::kCorner;
     verdict.star = true;
   }

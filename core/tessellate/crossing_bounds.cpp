@@ -78,6 +78,56 @@ bool pencil_over(const Impl& surface, const FaceOver& f, const FaceOver& g, cons
   return true;
 }
 
+// Where a side all but touches a plane the conic in which they meet is two lines a hair apart, or
+// none: seen from its roots along one axis, which are two, or none, all over the box.
+// `least`: what the form has to be beyond zero between the two, lest ties make them one.
+// Source: the discriminant of a conic by rows is a polynomial of degree two; it lies between its
+//         Bernstein coefficients.
+void part_branches(const CellBox& box, double least, PlanFunction& p) {
+  if (!p.exact || p.regular()) return;
+  struct Rows {  // the form is a u² + 2 (b0 + b1 v) u + c0 + c1 v + c2 v², u along the rows
+    double a, b0, b1, c0, c1, c2, h;
+    TwoGraphs graphs;
+  };
+  const Rows ways[2] = {
+      {0.5 * p.hxx, 0.5 * p.cgx, 0.5 * p.hxy, p.v, p.cgy, 0.5 * p.hyy, box.hy, TwoGraphs::kOverY},
+      {0.5 * p.hyy, 0.5 * p.cgy, 0.5 * p.hxy, p.v, p.cgx, 0.5 * p.hxx, box.hx, TwoGraphs::kOverX}};
+  for (const Rows& r : ways) {
+    if (r.a == 0) continue;
+    const double d0 = r.b0 * r.b0 - r.a * r.c0, d1 = 2 * r.b0 * r.b1 - r.a * r.c1,
+                 d2 = r.b1 * r.b1 - r.a * r.c2;
+    const double first = d0 + (d2 * r.h - d1) * r.h, last = d0 + (d2 * r.h + d1) * r.h,
+                 middle = d0 - d2 * r.h * r.h;
+    const double guard = std::fabs(r.a) * least;
+    if (std::fmax(std::fmax(first, middle), last) < -guard) {
+      (r.a > 0 ? p.lo : p.hi) = r.a;  // no root in any row
+      return;
+    }
+    if (!(std::fmin(std::fmin(first, middle), last) > guard)) continue;
+    // A branch of a conic turns one way: most between its ends.
+    const double at_first = 0.5 * (d1 - 2 * d2 * r.h) / std::sqrt(first),
+                 at_last = 0.5 * (d1 + 2 * d2 * r.h) / std::sqrt(last);
+    constexpr double kStraight = 0.6;  // radians, as of a regular function's gradient
+    bool straight = true;
+    for (const double sign : {-1.0, 1.0}) {
+      straight = straight && std::fabs(std::atan((-r.b1 + sign * at_first) / r.a) -
+                                       std::atan((-r.b1 + sign * at_last) / r.a)) < kStraight;
+    }
+    if (straight) p.two = r.graphs;
+    return;
+  }
+}
+
+// What a plane that is all but upright does to a side's form is lost in its slope: there the
+// difference of heights is the better function, as straight as the plane's edge.
+bool is_far_steeper(const FaceOver& plane, const FaceOver& side) {
+  constexpr double kSteep = 1e3;
+  const double steep = std::fabs(plane.gx) + std::fabs(plane.gy);
+  return side.tangent && steep > kSteep &&
+         steep > kSteep * std::fmax(std::fmax(std::fabs(side.zx.lo), std::fabs(side.zx.hi)),
+                                    std::fmax(std::fabs(side.zy.lo), std::fabs(side.zy.hi)));
+}
+
 }  // namespace
 
 bool sides_run_apart(const Impl& surface, const FaceOver& f, const FaceOver& g,
@@ -118,16 +168,26 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
     implicit = &g;
     height = &f;
   }
-  if (implicit != nullptr) {
+  const auto is_planar = [](const FaceOver& face) {
+    return !face.side && (face.solid >= 0 || (face.lo == 0 && face.hi == 0));
+  };
+  const bool planar = height != nullptr && is_planar(*height);
+  if (implicit != nullptr && !(planar && is_far_steeper(*height, *implicit))) {
     p.implicit_side = true;
     p.implicit_label = implicit->label;
     const SideQuadratic& s = surface.bodies[static_cast<std::size_t>(implicit->solid)].side();
     const double dx = box.x - s.cx, dy = box.y - s.cy;
-    const bool planar = height->solid >= 0 ? !height->side : false;
-    if (planar || (height->solid < 0 && height->lo == 0 && height->hi == 0)) {
+    if (planar) {
       const PlanFunction q = function_of(side_on(s, dx, dy, {height->c, height->gx, height->gy}),
                                          box, PlanFunction::Kind::kCrossing, f.solid, 0);
       p.take_values(q);
+      if (!(p.lo > 0 || p.hi < 0) && !p.regular()) {
+        const double reach = std::fabs(height->gx) * box.hx + std::fabs(height->gy) * box.hy;
+        const double t = height->c - s.cz;
+        const Range rise = side_gradient(s, dx, dy, box, {t - reach, t + reach}).t;
+        part_branches(
+            box, kLineSlack * surface.tie * std::fmax(std::fabs(rise.lo), std::fabs(rise.hi)), p);
+      }
       return p;
     }
     const double reach = std::fabs(height->gx) * box.hx + std::fabs(height->gy) * box.hy;
@@ -162,6 +222,7 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
   p.lo = d.lo;
   p.hi = d.hi;
   p.bend = f.hi - f.lo + g.hi - g.lo;
+  p.exact = p.bend == 0;
   return p;
 }
 

@@ -82,6 +82,8 @@ class GraphMaker {
 
   void join(std::int32_t info, const std::vector<OnBorder>& found);
   void link(std::uint32_t from, std::uint32_t to, Label left, Label right, const PlanCurve& curve);
+  [[nodiscard]] std::vector<int> branches(const CellInfo& info,
+                                          const std::vector<Item>& items) const;
   bool join_pairs(const CellInfo& info, const std::vector<Item>& items, bool by_curve);
   [[nodiscard]] bool runs_inside(const PlanBox& box, const Item& in, const Item& out) const;
   bool join_corner(const CellInfo& info, const TreeCell& cell, const std::vector<Item>& items);

@@ -26,6 +26,10 @@ inline PlanFunction function_of(const Quadratic& q, const CellBox& box, PlanFunc
   f.v = q.v;
   f.cgx = q.gx;
   f.cgy = q.gy;
+  f.exact = true;
+  f.hxx = q.hxx;
+  f.hxy = q.hxy;
+  f.hyy = q.hyy;
   const double ex = std::fabs(q.hxx) * box.hx + std::fabs(q.hxy) * box.hy;
   const double ey = std::fabs(q.hxy) * box.hx + std::fabs(q.hyy) * box.hy;
   f.gx = {q.gx - ex, q.gx + ex};

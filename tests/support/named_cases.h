@@ -490,6 +490,32 @@ inline std::vector<NamedCase> named_cases() {
        "P1,35.869413,67.0073,4.493278\nP2,50.791435,81.929321,4.493278\nRAD,1.0\n"
        "BOOLE-DEF\nS16+S19\nMACHI-DEF\nX-RNG,0.0,100.0\nY-RNG,0.0,100.0\nTOLER,.01\n",
        0.01},
+      // The same of a block that leans: the side under the edge shows in a sliver of 1e-8 all
+      // along it.
+      {"BarAlongALeaningEdge",
+       "SOLID-DEF\nS4,4-PRIS,2\nP1,74.033031,44.308686,-5.200793\n"
+       "P2,74.033031,75.973171,-5.200793\nP3,50.219429,75.973171,-0.522401\n"
+       "P4,50.219429,44.308686,-0.522401\nHEI,8.47834\nS13,R-CYLI,1\n"
+       "P1,51.2711,75.973171,4.830739\nP2,51.2711,44.308686,4.830739\nRAD,3.022873\n"
+       "BOOLE-DEF\nS4+S13\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nTOLER,.02\n",
+       0.02},
+      // A bar that rises from the top of a leaning block by last digits, in two lines.
+      {"BarAlongALeaningTop",
+       "SOLID-DEF\nS1,4-PRIS,2\nP1,73.424954,15.327173,-3.387302\n"
+       "P2,93.030056,34.932275,-3.387302\nP3,70.03616,57.926171,1.335643\n"
+       "P4,50.431058,38.32107,1.335643\nHEI,10.116828\nS4,R-CYLI,1\n"
+       "P1,74.198518,14.55361,4.144961\nP2,93.803619,34.158711,4.144961\nRAD,2.505535\n"
+       "BOOLE-DEF\nS1+S4\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nTOLER,.02\n",
+       0.02},
+      // A bar whose silhouette is the line in which a leaning top meets it, a hair off the top's
+      // own end.
+      {"BarBesideALeaningTop",
+       "SOLID-DEF\nS2,4-PRIS,2\nP1,48.346662,67.518313,-2.949634\n"
+       "P2,68.506549,94.502628,-2.949634\nP3,58.191436,102.209013,-1.782391\n"
+       "P4,38.031549,75.224697,-1.782391\nHEI,4.525353\nS7,R-CYLI,1\n"
+       "P1,66.563818,91.219623,1.557238\nP2,56.248705,98.926008,2.724481\nRAD,3.79281\n"
+       "BOOLE-DEF\nS2+S7\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nTOLER,.02\n",
+       0.02},
       // A cone whose silhouette runs into its rim, over a slope.
       {"ConeAcrossASlope",
        "SOLID-DEF\nS1,E-CONE,2\nP1,404.27,8415.33,1025.76\nNOR,3.3287,3.7216,.0997\n"

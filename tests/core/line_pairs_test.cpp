@@ -1,0 +1,138 @@
+// Lines a hair apart all along an edge: settled in a cell as wide as the edge allows, not in cells
+// as small as what they lie apart. SPDX-License-Identifier: Apache-2.0
+#include "core/tessellate/line_pairs.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/compound/compound_impl.h"
+#include "core/tessellate/cell_tree.h"
+#include "tests/support/load_part.h"
+#include "tests/support/named_cases.h"
+
+namespace diesink::test {
+namespace {
+
+// What a box about a place of a die holds.
+struct Verdict {
+  CompoundSurface surface;
+  CellVerdict verdict;
+
+  Verdict(const std::string& program, double x, double y, double half)
+      : surface(surface_of(program)) {
+    const CompoundSurface::Impl& impl = surface.impl();
+    std::vector<std::uint32_t> steps;
+    const PlanBox box{x - half, x + half, y - half, y + half};
+    impl.index.over(box, steps);
+    classify(impl, body_vertices(impl), CellBox::of(box), steps, 0, verdict);
+  }
+};
+
+// A block from (20, 20) to (40, 40), up to z = 5, its floor `rise` higher at x = 40 than at 20: its
+// wall there leans inwards by half of that.
+std::string block(const std::string& rise) {
+  return "S1,4-PRIS,2\nP1,20,20,-5\nP2,40,20," + rise + "\nP3,40,40," + rise +
+         "\nP4,20,40,-5\nHEI,10\n";
+}
+
+std::string die(const std::string& solids, const std::string& terms) {
+  return "SOLID-DEF\n" + solids + "BSURF-DEF\nPLANE,-3\nBOOLE-DEF\nB" + terms +
+         "\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nTOLER,.02\n";
+}
+
+TEST(LinePairs, ABarBesideAnEdgeByTenMillionths) {
+  for (const NamedCase& named : named_cases()) {
+    if (named.name != "BarAlongALeaningEdge") continue;
+    // The edge, and 1e-8 beside it the line in which the side under it meets the bar.
+    const Verdict at(named.text, 51.8538, 60, 0.1);
+    EXPECT_EQ(at.verdict.functions.count, 2);
+    EXPECT_EQ(at.verdict.kind, CellKind::kCorner);
+    EXPECT_FALSE(at.verdict.branched);
+    return;
+  }
+  FAIL() << "no such case";
+}
+
+TEST(LinePairs, ABarThatRisesFromATopByLastDigits) {
+  // The top and the bar meet in two lines 2.2 thousandths apart.
+  const Verdict two(
+      die(block("-5") + cylinder("S2", "20,30,2.0000002", "40,30,2.0000002", "3"), "+S1+S2"), 30,
+      30, 1);
+  EXPECT_EQ(two.verdict.kind, CellKind::kCorner);
+  EXPECT_TRUE(two.verdict.branched);
+  ASSERT_EQ(two.verdict.functions.count, 1);
+  EXPECT_EQ(two.verdict.functions[0].two, TwoGraphs::kOverX);
+  // Turned, neither axis runs along them.
+  const Verdict turned(
+      die(block("-5") + cylinder("S2", "22,24,2.0000002", "38,36,2.0000002", "3"), "+S1+S2"), 30,
+      30, 1);
+  EXPECT_EQ(turned.verdict.kind, CellKind::kCorner);
+  EXPECT_TRUE(turned.verdict.branched);
+  // Under the top by as little it is not seen at all.
+  const Verdict none(
+      die(block("-5") + cylinder("S2", "20,30,1.9999998", "40,30,1.9999998", "3"), "+S1+S2"), 30,
+      30, 1);
+  EXPECT_EQ(none.verdict.functions.count, 0);
+}
+
+TEST(LinePairs, ABarThroughAWallThatLeansByLastDigits) {
+  // Over 6.5e-7 of plan: the top's edge, the wall and the bar that comes out of it.
+  const Verdict at(die(block("-4.9999987") + cylinder("S2", "40,10,0", "40,50,0", "3"), "+S1+S2"),
+                   40, 30, 1);
+  EXPECT_EQ(at.verdict.kind, CellKind::kCorner);
+}
+
+TEST(LinePairs, LinesThatMeetAtNextToNoAngle) {
+  // x = 0, and x + 0.025 x² + 1e-8 y + gap = 0, over 2 by 2.
+  PlanFunction line, conic;
+  const CellBox box{0, 0, 1, 1};
+  line.exact = conic.exact = true;
+  line.cgx = 1;
+  line.gx = {1, 1};
+  conic.cgx = 2, conic.cgy = 2e-8, conic.hxx = 0.1, conic.bend = 0.05;
+  conic.gx = {1.9, 2.1}, conic.gy = {2e-8, 2e-8};
+  CellVerdict both;
+  both.functions.push(line);
+  both.functions.push(conic);
+  const LinePairs pairs(both, box, 1e-12);
+  EXPECT_FALSE(is_transverse(line, conic));
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kOnceAtMost);
+  EXPECT_EQ(pairs.of(1, 0), LinePairs::Meeting::kOnceAtMost);
+  both.functions[1].v = 2.1e-8;  // beyond the box
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kNever);
+  both.functions[1].v = 1.9e-8;
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kOnceAtMost);
+  // Along the line it falls and rises again: twice, or not at all.
+  both.functions[1].v = -1e-9;
+  both.functions[1].cgy = 0;
+  both.functions[1].hyy = 1e-8;
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kUnknown);
+  both.functions[1].v = 1e-9;
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kUnknown);  // its middle coefficient is beneath
+  both.functions[1].v = 6e-9;
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kNever);
+}
+
+TEST(LinePairs, AConicThatFollowsALine) {
+  // A silhouette, and the line in which the bar meets a plane through its axis.
+  PlanFunction line, conic;
+  const CellBox box{0, 0, 1, 1};
+  line.exact = conic.exact = true;
+  line.cgx = 1;
+  line.gx = {1, 1};
+  conic.cgx = 2, conic.hxx = 0.1, conic.bend = 0.05;
+  conic.gx = {1.9, 2.1};
+  EXPECT_TRUE(same_line(line, conic, box, 1e-12));
+  EXPECT_TRUE(same_line(conic, line, box, 1e-12));
+  conic.v = 1.4e-11;
+  EXPECT_TRUE(same_line(line, conic, box, 1e-12));
+  conic.v = 1.6e-11;
+  EXPECT_FALSE(same_line(line, conic, box, 1e-12));
+  conic.v = 0;
+  conic.cgy = 1.6e-11;
+  EXPECT_FALSE(same_line(line, conic, box, 1e-12));
+}
+
+}  // namespace
+}  // namespace diesink::test
