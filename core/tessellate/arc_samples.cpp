@@ -314,7 +314,8 @@ void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const 
     ArcPoint p0 = k == 0 ? end_of(a, false) : point_at(a, t0);
     for (int i = 1; i <= kParts; ++i) {
       const double t1 = static_cast<double>(k) + static_cast<double>(i) / kParts;
-      const ArcPoint p1 = k + 1 == stretches && i == kParts ? end_of(a, true) : point_at(a, t1);
+      const bool last_part = k + 1 == stretches && i == kParts;
+      const ArcPoint p1 = last_part ? end_of(a, true) : point_at(a, t1);
       for (int axis = 0; axis < 2; ++axis) {
         const std::vector<double>& lines = axis == 0 ? *options_.grid_x : *options_.grid_y;
         const double c0 = axis == 0 ? p0.x : p0.y, c1 = axis == 0 ? p1.x : p1.y;
@@ -329,6 +330,9 @@ void ArcSamples::sample_on_grid(std::uint32_t a, std::vector<Trial>& out) const 
           }
           ts.push_back(0.5 * (lo + hi));
         }
+        // On a line between two parts.
+        if (!last_part && c0 != c1 && std::binary_search(lines.begin(), lines.end(), c1))
+          ts.push_back(t1);
       }
       t0 = t1;
       p0 = p1;
