@@ -76,8 +76,9 @@ std::string summary(const Options& options, const std::string& name, const PathR
   }
   if (r.unreachable_area > 0) {
     std::snprintf(line, sizeof line,
-                  "  out of the cutter's reach: an area of %.4g, with up to %.4g left on it\n",
-                  r.unreachable_area, r.unreachable_height);
+                  "  out of the cutter's reach: an area of %.4g, with up to %.4g left on it; not "
+                  "proven: %.4g\n",
+                  r.unreachable_area, r.unreachable_height, r.unproven_area);
     text += line;
   }
   for (const std::string& path : options.outputs) {

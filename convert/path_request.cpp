@@ -119,6 +119,7 @@ std::string to_json(const PathReport& r, double minutes, double seconds) {
       .field("left_spacing", r.left_spacing)
       .field("uncertified_area", r.uncertified_area)
       .field("unreachable_area", r.unreachable_area)
+      .field("unproven_area", r.unproven_area)
       .field("unreachable_height", r.unreachable_height)
       .field("loops_removed", r.loops_removed)
       .field("crossings_inserted", r.crossings_inserted)

@@ -16,6 +16,13 @@ inline constexpr double kLatticePart = 32;
 // half of it makes a cutter one that is of use.
 inline LeftOverLimits left_over_limits(double limit) { return {0.8 * limit, limit, 0.5 * limit}; }
 
+// What a cutter has to leave over a place for that to be out of its reach: more than OUTTOL; less
+// where little more may stay, as the path has to be told from it.
+inline double out_of_reach(double outtol, double limit) {
+  constexpr double kPart = 0.4;
+  return outtol < kPart * limit ? outtol : kPart * limit;
+}
+
 struct ClosingOptions {
   double below = 0;  // no move dips deeper under the lowest safe height
   double above = 0;  // points of a run this close to a straight move are left out

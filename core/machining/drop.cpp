@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/machining/drop.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -129,7 +130,27 @@ void PointDrop::fetch(std::uint32_t piece) const {
   }
 }
 
-double PointDrop::at(double x, double y, double enough) const {
+Vec2 PointDrop::point_of(std::uint32_t piece, double x, double y) const {
+  const CutterShape& cutter = offset_->cutter();
+  const std::size_t facets = offset_->facets().size(), edges = offset_->edges().size();
+  if (piece >= facets) {
+    const Contact at = piece < facets + edges
+                           ? contact(offset_->edges()[piece - facets], cutter, x, y)
+                           : contact(offset_->vertices()[piece - facets - edges], cutter, x, y);
+    return {at.x, at.y};
+  }
+  // A facet's own point lies against its normal, as far as the facet was shifted along it.
+  const std::array<Vec3, 3>& v = offset_->facets()[piece].v;
+  const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
+  const double flat = n.head<2>().norm();
+  Vec2 point(x, y);
+  if (flat > 0) point -= (cutter.corner() + cutter.flat() / flat) * n.head<2>();
+  return point;
+}
+
+template <class Counts>
+double PointDrop::highest(double x, double y, double enough, std::uint32_t& piece,
+                          const Counts& counts) const {
   if (!(x >= extent_.x0 && x <= extent_.x1 && y >= extent_.y0 && y <= extent_.y1)) {
     return kNoContact;
   }
@@ -174,10 +195,76 @@ double PointDrop::at(double x, double y, double enough) const {
       if (x < v.x0 || x > v.x1 || y < v.y0 || y > v.y1) continue;
       z = contact(v, cutter, x, y).z;
     }
-    if (z > best) best = z;
+    if (z > best && counts(entry.piece, z)) {
+      best = z;
+      piece = entry.piece;
+    }
     if (best >= enough) break;
   }
   return best;
+}
+
+double PointDrop::at(double x, double y, double enough) const {
+  std::uint32_t piece = 0;
+  return highest(x, y, enough, piece, [](std::uint32_t, double) { return true; });
+}
+
+PointDrop::Touch PointDrop::touch(double x, double y) const {
+  std::uint32_t piece = 0;
+  Touch touch;
+  touch.z = highest(x, y, std::numeric_limits<double>::infinity(), piece,
+                    [](std::uint32_t, double) { return true; });
+  if (touch.z == kNoContact) return touch;
+  touch.point = point_of(piece, x, y);
+  touch.height = touch.z + offset_->cutter().height((touch.point - Vec2(x, y)).norm());
+  return touch;
+}
+
+std::optional<Vec3> PointDrop::point_within(std::uint32_t piece, const Vec2& c, double z,
+                                            double reach) const {
+  const std::size_t facets = offset_->facets().size(), edges = offset_->edges().size();
+  const Vec2 touched = point_of(piece, c.x(), c.y());
+  const double rho = (touched - c).norm(), high = z + offset_->cutter().height(rho);
+  if (rho <= reach) return Vec3(touched.x(), touched.y(), high);
+  if (piece < facets) {
+    // Towards the axis, as long as the facet goes.
+    const std::array<Vec3, 3>& v = offset_->facets()[piece].v;
+    const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]);
+    const Vec2 to = c + reach / rho * (touched - c), on_piece = to - touched + c;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2 side = (v[(k + 1) % 3] - v[k]).head<2>(), off = on_piece - v[k].head<2>();
+      if (side.x() * off.y() - side.y() * off.x() < 0) return std::nullopt;
+    }
+    return Vec3(to.x(), to.y(), high - n.head<2>().dot(to - touched) / n.z());
+  }
+  if (piece >= facets + edges) return std::nullopt;
+  const EdgePiece& e = offset_->edges()[piece - facets];
+  const double ox = c.x() - e.x, oy = c.y() - e.y;
+  const double u = ox * e.dx + oy * e.dy, w = oy * e.dx - ox * e.dy;
+  if (std::fabs(w) > reach) return std::nullopt;
+  const double half = std::sqrt((reach - w) * (reach + w));
+  const double low = std::max(0.0, u - half), end = std::min(e.length, u + half);
+  if (low > end) return std::nullopt;
+  const double s = std::clamp((touched.x() - e.x) * e.dx + (touched.y() - e.y) * e.dy, low, end);
+  return Vec3(e.x + s * e.dx, e.y + s * e.dy, e.z + s * e.slope);
+}
+
+PointDrop::Touch PointDrop::touch_within(double x, double y, double reach) const {
+  std::uint32_t highest_piece = 0;
+  const Vec2 c(x, y);
+  Touch touch;
+  touch.z = highest(x, y, std::numeric_limits<double>::infinity(), highest_piece,
+                    [&](std::uint32_t piece, double& z) {
+                      const std::optional<Vec3> at = point_within(piece, c, z, reach);
+                      if (!at) return false;
+                      const double held =
+                          at->z() - offset_->cutter().height((at->head<2>() - c).norm());
+                      if (!(held > touch.z)) return false;
+                      z = held;
+                      touch = {held, at->head<2>(), at->z()};
+                      return true;
+                    });
+  return touch;
 }
 
 }  // namespace diesink

@@ -354,6 +354,23 @@ std::vector<std::vector<Vec3>> LeftOver::open_runs(std::size_t stride) {
   return all;
 }
 
+double LeftOver::highest_out_of_reach() {
+  flush();
+  double highest = 0;
+  for (std::size_t k = 0; k < lattice_.z.size(); ++k) {
+    const double above = lattice_.left[k] - lattice_.z[k];
+    if (!(above > limits_.limit) || above <= highest || fits(lattice_, k, at_lattice(k))) continue;
+    const Vec2 at = at_lattice(k);
+    // Where nothing was cut, from right above.
+    const double stands = above < kInfinity
+                              ? above
+                              : drop_->at(at.x(), at.y()) + offset_->cutter().radius() -
+                                    cutter_.radius() - lattice_.z[k];
+    highest = std::max(highest, stands);
+  }
+  return highest;
+}
+
 LeftOver::Rest LeftOver::rest() {
   flush();
   add_between();

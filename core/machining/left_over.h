@@ -52,6 +52,10 @@ class LeftOver {
   };
   Rest rest();
 
+  // The most that stands over a point of the lattice, straight up, where more than `limit` stays
+  // and no cutter fits.
+  [[nodiscard]] double highest_out_of_reach();
+
   // What a place on the surface is where `top` stands over it, whether one of the lattice's or not.
   struct Seen {
     double height = 0;        // of what stays, where that is more than `call` and can be cut

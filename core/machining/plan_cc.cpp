@@ -172,6 +172,7 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
   // What stays beside concave edges and on the far sides of contacts is seen where it is left.
   std::optional<LeftOver> left;
   std::optional<FrameDomain> frame;
+  std::optional<ReachProof> reach;
   std::optional<UncutProof> proof;
   if (!options.interval && !options.keep_interference) {
     const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
@@ -182,6 +183,8 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
                  real->radius() / kLatticePart, options.threads);
     if (deviation < limit) {
       proof.emplace(mesh, offset, *real, *frame, limit - deviation, options.threads);
+      reach.emplace(surface, offset, drop, *real, *frame, deviation);
+      proof->tell_reach(*reach, out_of_reach(options.outtol, limit) + deviation);
     }
     stream.watch([&](const Vec3& from, const Vec3& to) {
       left->cut(from, to);

@@ -303,9 +303,12 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
     doubts.emplace(*surface, offset, *drop, *real, frame, left_over_limits(limit),
                    real->radius() / kLatticePart, options.threads);
   }
+  std::optional<ReachProof> reach;
   std::optional<UncutProof> proof;
   if (left && deviation < limit) {
     proof.emplace(mesh, offset, *real, frame, limit - deviation, options.threads);
+    reach.emplace(*surface, offset, *drop, *real, frame, deviation);
+    proof->tell_reach(*reach, out_of_reach(options.outtol, limit) + deviation);
   }
   if (left) {
     stream.watch([&](const Vec3& from, const Vec3& to) {

@@ -112,14 +112,18 @@ Result<PathReport> plan_path(const CompoundSurface& surface, const PathOptions& 
   if (!planned) return planned;
   progress(0.8);
   planned->uncertified_area = mesh->report.uncertified_area;
-  const OffsetSurface offset(mesh->mesh, *CutterShape::make(options.cutter), 0);
-  const PointDrop drop(offset);
-  const ProgressSpan span(options.progress, 0.8, 1);
-  const UnreachableArea unreachable =
-      unreachable_area(*wide, offset, drop, domain, options.outtol + mesh_options.tolerance,
-                       kReachSamples, options.threads);
-  planned->unreachable_area = std::fmax(planned->unreachable_area, unreachable.area);
-  planned->unreachable_height = unreachable.height;
+  const bool proven =
+      !options.interval && !options.keep_interference && deviation < options.outtol + *options.cusp;
+  if (!proven) {  // then the surface alone is looked at
+    const OffsetSurface offset(mesh->mesh, *CutterShape::make(options.cutter), 0);
+    const PointDrop drop(offset);
+    const ProgressSpan span(options.progress, 0.8, 1);
+    const UnreachableArea unreachable =
+        unreachable_area(*wide, offset, drop, domain, options.outtol + mesh_options.tolerance,
+                         kReachSamples, options.threads);
+    planned->unreachable_area = unreachable.area;
+    planned->unreachable_height = unreachable.height;
+  }
   progress(1);
   return planned;
 }

@@ -72,10 +72,16 @@ struct PathReport {
   double undercut_bound = 0;  // no move stays higher over the lowest safe tip than this; drop only
   double mesh_deviation = 0;  // of the mesh the cutter was dropped on
   double uncertified_area = 0;    // of that mesh: there the bounds are not proven
-  // Plan area where this cutter, its axis in the domain, cannot touch the surface, or leaves more
-  // than OUTTOL and the cusp height from wherever it may stand. Where the cusp height is given, all
-  // that is neither proven to keep that nor in left_area or unsettled_area.
+  // Plan area where this cutter, its axis in the domain, leaves more than OUTTOL, or two fifths of
+  // OUTTOL and the cusp height if that is less, wherever it stands: proven for the surface where
+  // the cusp height is given, and of what the moves leave higher than OUTTOL and it; all that is
+  // neither proven to keep that nor in left_area or unsettled_area. With an interval, seen at
+  // points.
   double unreachable_area = 0;
+  // Of that, strips along its border where the cutter leaves less but holds what stands there no
+  // deeper than may stay, or less than half of it, are in; and this, where no place for the cutter
+  // was found, nor proven that there is none.
+  double unproven_area = 0;
   double unreachable_height = 0;  // the most it must leave there, to the spacing of the examination
   std::size_t loops_removed = 0, crossings_inserted = 0;  // cc only: Fig. 12
 };

@@ -22,11 +22,13 @@ constexpr double kShared = 8, kFirst = 0.25, kWidest = 1.0 / 16, kNarrow = 1.0 /
 constexpr double kWorth = 1.0 / 8;
 // Of the radius: no part is so narrow, but by rounding of its corners.
 constexpr double kRounding = 1e-9;
+// Of the distance that is out of reach, how much further what is in reach goes at least.
+constexpr double kBeyond = 0.02;
+// Boxes of axes that are looked at for one part, before it is divided; for one that is narrow.
+constexpr std::size_t kBoxes = 96, kBoxesOfNarrow = 1024;
 constexpr int kSideHalves = 6;
 // Corners of what is left; halves of it have at most four more, as their cuts lie along the axes.
 constexpr std::size_t kMostOfRest = FacetPart::kMostCorners - 5;
-
-double wider_side(const PlanBox& box) { return std::max(box.x1 - box.x0, box.y1 - box.y0); }
 
 // From a point to all that is on a triangle, of the normal n, and below it.
 double distance_to_column(const std::array<Vec3, 3>& v, const Vec3& n, const Vec3& p) {
@@ -51,75 +53,34 @@ double distance_to_column(const std::array<Vec3, 3>& v, const Vec3& n, const Vec
   return above > 0 && foot_inside ? above : std::sqrt(best2);
 }
 
-// The part on the side of the line that `inside` is not negative on.
-template <class Side>
-FacetPart cut_by(const FacetPart& in, const Side& side) {
-  FacetPart out;
-  out.facet = in.facet;
-  for (std::size_t k = 0; k < in.size; ++k) {
-    const Vec3 &a = in.p[k], &b = in.p[(k + 1) % in.size];
-    const double da = side(a), db = side(b);
-    if (da >= 0) out.p[out.size++] = a;
-    if ((da > 0 && db < 0) || (da < 0 && db > 0)) out.p[out.size++] = a + da / (da - db) * (b - a);
-  }
-  return out;
-}
-
-std::array<FacetPart, 2> halves(const FacetPart& part) {
-  const PlanBox box = part.box();
-  const int axis = box.x1 - box.x0 >= box.y1 - box.y0 ? 0 : 1;
-  const double at = axis == 0 ? (box.x0 + box.x1) / 2 : (box.y0 + box.y1) / 2;
-  return {cut_by(part, [&](const Vec3& p) { return at - p[axis]; }),
-          cut_by(part, [&](const Vec3& p) { return p[axis] - at; })};
-}
-
 }  // namespace
-
-Vec3 FacetPart::middle() const {
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = 0; k < size; ++k) sum += p[k];
-  return sum / static_cast<double>(size);
-}
-
-double FacetPart::area() const {
-  double twice = 0;
-  for (std::size_t k = 2; k < size; ++k) {
-    const Vec3 a = p[k - 1] - p[0], b = p[k] - p[0];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return std::fabs(twice) / 2;
-}
-
-PlanBox FacetPart::box() const {
-  PlanBox box{kInfinity, -kInfinity, kInfinity, -kInfinity};
-  for (std::size_t k = 0; k < size; ++k) {
-    box.x0 = std::min(box.x0, p[k].x());
-    box.x1 = std::max(box.x1, p[k].x());
-    box.y0 = std::min(box.y0, p[k].y());
-    box.y1 = std::max(box.y1, p[k].y());
-  }
-  return box;
-}
 
 // One thread's.
 class UncutProof::Whittler {
  public:
-  Whittler(const UncutProof& proof, const Stands& stands, std::vector<FacetPart>& open)
-      : proof_(proof), stands_(stands), open_(open) {}
+  Whittler(const UncutProof& proof, const Stands& stands, std::optional<ReachProof::Search>& reach,
+           Unproven& found)
+      : proof_(proof), stands_(stands), reach_(reach), found_(found) {}
 
-  void look(FacetPart part) {
+  void look(const FacetPart& part) { look(part, {}); }
+
+ private:
+  // Boxes of axes that may come low enough, where that was asked already.
+  using Axes = std::optional<ReachProof::Search::Rest>;
+
+  void look(FacetPart part, Axes axes) {
     const double R = proof_.cutter_.radius();
     while (part.size > 2) {
       const double width = wider_side(part.box());
       if (part.area() <= kRounding * R * width) return;
       if (width > kFirst * R) {
         const std::array<FacetPart, 2> both = halves(part);
-        look(both[0]);
+        look(both[0], axes);
         part = both[1];
         continue;
       }
       const double area = part.area();
-      const Tried tried = try_moves(part, width);
+      const Tried tried = try_moves(part, width, axes);
       if (tried.done) return;
       if (part.area() < (1 - kWorth) * area) continue;
       // What is known to be too high all over it is not looked at more closely than at that.
@@ -127,16 +88,15 @@ class UncutProof::Whittler {
       const double least =
           tried.kept_everywhere ? kFinest * R : std::clamp(over, kNarrow * R, kWidest * R);
       if (width <= least) {
-        open_.push_back(part);
+        found_.open.push_back(part);
         return;
       }
       const std::array<FacetPart, 2> both = halves(part);
-      look(both[0]);
+      look(both[0], axes);
       part = both[1];
     }
   }
 
- private:
   struct Tried {
     bool done = false;            // nothing is left
     bool kept_everywhere = true;  // at the points looked at
@@ -147,24 +107,32 @@ class UncutProof::Whittler {
     std::uint32_t move = 0, facet = 0;
   };
 
-  // With the moves that are lowest at the middle and at the corners.
-  Tried try_moves(FacetPart& part, double width) {
+  // With the moves that are lowest at the middle and at the corners, or as out of reach.
+  Tried try_moves(FacetPart& part, double width, Axes& axes) {
     Tried tried;
     bool somewhere = false;
     const FacetPart whole = part;
     const double enough = (1 - kWorth) * whole.area();
+    // Where what no move keeps is asked for its reach, how high it stands does not matter.
+    const double most =
+        reach_ && !part.from ? (1 + kRounding) * proof_.lift(part, proof_.limit_) : kInfinity;
     for (std::size_t k = 0; k <= whole.size; ++k) {
       const Vec3 at = k == 0 ? whole.middle() : whole.p[k - 1];
       double over = 0;
-      const std::optional<Keeper> keeper = keeper_at(part.facet, at, over);
+      const std::optional<Keeper> keeper = keeper_at(part.facet, at, most, over);
       if (!keeper) {
         tried.kept_everywhere = false;
         tried.over = std::min(tried.over, over);
+        if (k == 0 && reach_ && !part.from) {
+          ask_reach(part, width, axes);
+          tried.done = part.size < 3;
+          if (tried.done || part.area() < enough) return tried;
+        }
         if (k == 0 && over > width && width > kWidest * proof_.cutter_.radius()) return tried;
         continue;
       }
       somewhere = true;
-      cut_off(part, *keeper);
+      cut_off(part, [&](const Vec3& p) { return keeps(*keeper, part.facet, p); });
       tried.done = part.size < 3;
       if (tried.done || part.area() < enough) return tried;
     }
@@ -172,12 +140,58 @@ class UncutProof::Whittler {
     return tried;
   }
 
+  // In parts no wider than those that stay open.
+  void tell_out(const FacetPart& part) {
+    if (wider_side(part.box()) <= kWidest * proof_.cutter_.radius()) {
+      found_.out.push_back(part);
+      return;
+    }
+    for (const FacetPart& half : halves(part)) {
+      if (half.size > 2) tell_out(half);
+    }
+  }
+
+  // Takes off the part what is out of reach, or in reach for certain.
+  void ask_reach(FacetPart& part, double width, Axes& axes) {
+    ReachProof::Question question;
+    question.lift = proof_.lift(part, proof_.distance_);
+    question.low = proof_.distance_ / proof_.normal(part).z();
+    question.most_boxes = width > kWidest * proof_.cutter_.radius() ? kBoxes : kBoxesOfNarrow;
+    if (!axes) axes = reach_->all(part);
+    const ReachProof::Answer answer = reach_->ask(part, question, *axes);
+    if (answer.reach == ReachProof::Reach::kOut) {
+      tell_out(part);
+      part.size = 0;
+    }
+    if (answer.reach != ReachProof::Reach::kIn) return;
+    // What is cut off reaches a little further, so that the corners of what is left do not lie on
+    // the very limit of what can be proven.
+    const double further =
+        std::max(kBeyond, (proof_.limit_ / proof_.distance_ - 1) / 4) * proof_.distance_;
+    if (proof_.distance_ + further > proof_.limit_) return;  // nothing could be proven there
+    const double lift = question.low + further / proof_.normal(part).z();
+    FacetPart rest = part, in;
+    cut_off(
+        rest,
+        [&](const Vec3& p) {
+          // Beyond the facet's sides its plane is not the part's.
+          const double top = proof_.reach_->height(answer.tip, p.head<2>());
+          return top - p.z() <= lift && proof_.keeps(part.facet, part.facet, p, top);
+        },
+        &in);
+    if (rest.size > 0 && rest.area() > (1 - kWorth) * part.area()) return;
+    in.from = answer.tip;
+    found_.open.push_back(in);
+    part = rest;
+  }
+
   [[nodiscard]] bool keeps(const Keeper& keeper, std::uint32_t own, const Vec3& p) const {
     const double top = proof_.moves_.height(keeper.move, p.head<2>());
     return proof_.keeps(keeper.facet, own, p, top);
   }
 
-  std::optional<Keeper> keeper_at(std::uint32_t own, const Vec3& p, double& over) {
+  // `most`: what stands so high over the part is nowhere near enough to it.
+  std::optional<Keeper> keeper_at(std::uint32_t own, const Vec3& p, double most, double& over) {
     if (stands_) {
       over = stands_(p.head<2>()) - proof_.limit_;
       if (over > 0) return std::nullopt;
@@ -185,7 +199,7 @@ class UncutProof::Whittler {
     if (last_ != PathMoves::kNone && keeps({last_, own}, own, p)) return Keeper{last_, own};
     const Facet& facet = proof_.facets_[own];
     const Vec3 tip = tip_of(proof_.cutter_, {p, facet.n});
-    double top = kInfinity;
+    double top = p.z() + most;
     std::uint32_t move = proof_.moves_.lowest_near(tip.head<2>(), p.head<2>(), top);
     if (move != PathMoves::kNone && proof_.keeps(own, own, p, top))
       return Keeper{last_ = move, own};
@@ -199,16 +213,19 @@ class UncutProof::Whittler {
     return Keeper{move, *near};
   }
 
-  // Cuts off the hull of the corners at which the keeper keeps the limit and of the places on the
-  // sides up to which it does, where the rest stays one convex part.
-  void cut_off(FacetPart& part, const Keeper& keeper) const {
+  // Cuts off the hull of the corners at which `kept` holds and of the places on the sides up to
+  // which it does, where the rest stays one convex part. Needs: it holds on a convex part of the
+  // plan.
+  template <class Kept>
+  static void cut_off(FacetPart& part, const Kept& holds, FacetPart* off = nullptr) {
     std::array<bool, FacetPart::kMostCorners> kept{};
     std::size_t count = 0, changes = 0;
     for (std::size_t k = 0; k < part.size; ++k) {
-      kept[k] = keeps(keeper, part.facet, part.p[k]);
+      kept[k] = holds(part.p[k]);
       count += kept[k] ? 1 : 0;
     }
     if (count == part.size) {
+      if (off != nullptr) *off = part;
       part.size = 0;
       return;
     }
@@ -216,25 +233,30 @@ class UncutProof::Whittler {
       changes += kept[k] != kept[(k + 1) % part.size] ? 1 : 0;
     }
     if (changes != 2 || part.size - count + 2 > kMostOfRest) return;
-    FacetPart rest;
-    rest.facet = part.facet;
+    FacetPart rest, gone;
+    rest.facet = gone.facet = part.facet;
+    rest.from = gone.from = part.from;
     for (std::size_t k = 0; k < part.size; ++k) {
       const std::size_t next = (k + 1) % part.size;
-      if (!kept[k]) rest.p[rest.size++] = part.p[k];
+      FacetPart& own = kept[k] ? gone : rest;
+      own.p[own.size++] = part.p[k];
       if (kept[k] == kept[next]) continue;
       Vec3 in = part.p[kept[k] ? k : next], out = part.p[kept[k] ? next : k];
       for (int half = 0; half < kSideHalves; ++half) {
         const Vec3 middle = (in + out) / 2;
-        (keeps(keeper, part.facet, middle) ? in : out) = middle;
+        (holds(middle) ? in : out) = middle;
       }
       rest.p[rest.size++] = in;
+      gone.p[gone.size++] = in;
     }
     part = rest;
+    if (off != nullptr) *off = gone;
   }
 
   const UncutProof& proof_;
   const Stands& stands_;
-  std::vector<FacetPart>& open_;
+  std::optional<ReachProof::Search>& reach_;
+  Unproven& found_;
   std::uint32_t last_ = PathMoves::kNone;  // most often the neighbour's move keeps it, too
 };
 
@@ -305,20 +327,30 @@ UncutProof::UncutProof(const TriangleMesh& mesh, const OffsetSurface& offset,
   around_.emplace(boxes_);
 }
 
-std::vector<FacetPart> UncutProof::unproven(const std::vector<FacetPart>& parts,
-                                            const Stands& stands) {
+UncutProof::Unproven UncutProof::unproven(const std::vector<FacetPart>& parts,
+                                          const Stands& stands) {
   constexpr std::size_t kPartsABlock = 32;
   if (!binned_) moves_.bin();
   binned_ = true;
-  std::vector<std::vector<FacetPart>> found((parts.size() + kPartsABlock - 1) / kPartsABlock);
+  std::vector<Unproven> found((parts.size() + kPartsABlock - 1) / kPartsABlock);
+  // One a thread: what it remembers saves time and changes nothing.
+  std::vector<std::optional<ReachProof::Search>> searches(
+      static_cast<std::size_t>(thread_count(threads_)));
+  for (auto& search : searches) {
+    if (reach_ != nullptr) search.emplace(*reach_);
+  }
   parallel_blocks(parts.size(), kPartsABlock, threads_,
-                  [&](std::size_t begin, std::size_t end, int) {
-                    Whittler whittler(*this, stands, found[begin / kPartsABlock]);
+                  [&](std::size_t begin, std::size_t end, int worker) {
+                    Whittler whittler(*this, stands, searches[static_cast<std::size_t>(worker)],
+                                      found[begin / kPartsABlock]);
                     for (std::size_t k = begin; k < end; ++k) whittler.look(parts[k]);
                   });
-  std::vector<FacetPart> open;
-  for (std::vector<FacetPart>& some : found) open.insert(open.end(), some.begin(), some.end());
-  return open;
+  Unproven all;
+  for (const Unproven& some : found) {
+    all.open.insert(all.open.end(), some.open.begin(), some.open.end());
+    all.out.insert(all.out.end(), some.out.begin(), some.out.end());
+  }
+  return all;
 }
 
 double UncutProof::top(const Vec2& p) const {

@@ -10,25 +10,15 @@
 #include <optional>
 #include <vector>
 
+#include "core/machining/facet_part.h"
 #include "core/machining/frame_domain.h"
 #include "core/machining/offset_surface.h"
 #include "core/machining/path_moves.h"
+#include "core/machining/reach_proof.h"
 #include "core/mesh.h"
 #include "core/plan_bins.h"
 
 namespace diesink {
-
-// A convex part of a facet, its corners on the facet's plane.
-struct FacetPart {
-  static constexpr std::size_t kMostCorners = 16;
-  std::array<Vec3, kMostCorners> p;
-  std::size_t size = 0;
-  std::uint32_t facet = 0;  // of the proof's
-
-  [[nodiscard]] Vec3 middle() const;
-  [[nodiscard]] double area() const;  // in plan
-  [[nodiscard]] PlanBox box() const;
-};
 
 // What one move leaves is a convex function of the place in plan, and so is the distance from there
 // to all that is on and below one facet: where a convex part of a facet keeps a limit at its
@@ -51,6 +41,17 @@ class UncutProof {
   // The mesh over the domain.
   [[nodiscard]] const std::vector<FacetPart>& all() const { return all_; }
 
+  // With it the parts that are out of reach are proven to be: nowhere in the domain does the cutter
+  // come within `distance` of the mesh there. Needs: `reach` outlives this.
+  void tell_reach(const ReachProof& reach, double distance) {
+    reach_ = &reach;
+    distance_ = distance;
+  }
+
+  struct Unproven {
+    std::vector<FacetPart> open;
+    std::vector<FacetPart> out;  // of reach, proven
+  };
   // What of the parts is not proven to keep the limit, by the distance to the mesh, once all moves
   // so far are made; no wider than a sixteenth of the radius.
   // `stands` tells what is known to stand over a place, along the normal: where that is more than
@@ -58,8 +59,7 @@ class UncutProof {
   // Bound: what is not told keeps the limit, certain for the mesh. Same result for any thread
   // count.
   using Stands = std::function<double(const Vec2&)>;
-  [[nodiscard]] std::vector<FacetPart> unproven(const std::vector<FacetPart>& parts,
-                                                const Stands& stands);
+  [[nodiscard]] Unproven unproven(const std::vector<FacetPart>& parts, const Stands& stands);
 
   [[nodiscard]] const Vec3& normal(const FacetPart& part) const { return facets_[part.facet].n; }
   [[nodiscard]] double limit() const { return limit_; }
@@ -67,6 +67,12 @@ class UncutProof {
   [[nodiscard]] bool keeps(const FacetPart& part, const Vec3& p, double top) const {
     return nearby(part.facet, p, top).has_value();
   }
+  // How much has to stand over a part, straight up, for the mesh to be no nearer than `distance`
+  // to what does.
+  [[nodiscard]] double lift(const FacetPart& part, double distance) const;
+  // Whether a cutter of the offset's at this tip keeps the limit all over the part.
+  // Needs: tell_reach().
+  [[nodiscard]] bool kept_from(const FacetPart& part, const Vec3& tip) const;
   // What stands over a place; infinity where nothing was cut.
   [[nodiscard]] double top(const Vec2& p) const;
 
@@ -90,6 +96,8 @@ class UncutProof {
   PathMoves moves_;
   std::vector<FacetPart> all_;
   bool binned_ = false;
+  const ReachProof* reach_ = nullptr;
+  double distance_ = 0;
 };
 
 }  // namespace diesink

@@ -39,7 +39,7 @@ struct Look {
         proof(mesh, offset, shape, domain, limit, threads) {}
   double area() {
     double sum = 0;
-    for (const FacetPart& part : proof.unproven(proof.all(), {})) sum += part.area();
+    for (const FacetPart& part : proof.unproven(proof.all(), {}).open) sum += part.area();
     return sum;
   }
 
@@ -98,7 +98,7 @@ TEST(UncutProof, AShortGapInAPassIsFound) {
     }
   }
   // The ends are round: what stays is a waist.
-  const std::vector<FacetPart> open = look.proof.unproven(look.proof.all(), {});
+  const std::vector<FacetPart> open = look.proof.unproven(look.proof.all(), {}).open;
   ASSERT_FALSE(open.empty());
   const bool at_the_waist = std::any_of(open.begin(), open.end(), [](const FacetPart& part) {
     const PlanBox box = part.box();
@@ -149,7 +149,7 @@ TEST(UncutProof, WhatIsSettledKeepsTheLimitAtDensePoints) {
       look.proof.cut(from, to);
       moves.emplace_back(from, to);
     }
-    const std::vector<FacetPart> open = look.proof.unproven(look.proof.all(), {});
+    const std::vector<FacetPart> open = look.proof.unproven(look.proof.all(), {}).open;
     const auto is_open = [&](const Vec2& p) {
       return std::any_of(open.begin(), open.end(), [&](const FacetPart& part) {
         if ((part.p[0].head<2>() - p).norm() > 1) return false;
@@ -182,7 +182,7 @@ TEST(UncutProof, ThreadsMakeNoDifference) {
   const auto look = [](int threads) {
     Look one(plane(0.2), cutter(6, 3), 0.05, threads);
     for (double y = 0; y < kSide; y += 1.3) one.proof.cut({0, y, 0.2 * y}, {kSide, y, 0.2 * y});
-    return one.proof.unproven(one.proof.all(), {});
+    return one.proof.unproven(one.proof.all(), {}).open;
   };
   const std::vector<FacetPart> one = look(1), four = look(4);
   ASSERT_EQ(one.size(), four.size());
