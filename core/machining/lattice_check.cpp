@@ -186,7 +186,8 @@ double LatticeCheck::depth_of_free_cutter(std::size_t i, std::size_t j, double z
     }
     return false;
   };
-  double low = limit_;
+  // What is no deeper than a touch tells nothing, whatever the limit.
+  double low = std::max(limit_, touch_);
   if (!(low < cutter_.radius()) || !held(low)) return 0;
   double high = std::min(2 * low, cutter_.radius());
   while (high < cutter_.radius() && held(high)) {

@@ -22,6 +22,7 @@ constexpr double kUsualPoints = 4e6;
 constexpr std::size_t kMovesATime = 16384;
 constexpr std::size_t kMostDivided = 60'000;       // cells; 0.7 kilobytes each
 constexpr std::size_t kMostDividedFinely = 4'000;  // 8 kilobytes each
+constexpr double kClearExcess = 8;                 // of the limit: what tells a path to be wrong
 constexpr double kJoinedPart = 1.0 / 256;          // of both tolerances, for moves joined into one
 
 Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
@@ -276,9 +277,11 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     cells += row.cells;
     proven += row.proven_cells;
   }
-  // Of what cannot be within the limit no more is asked than that it is known already.
+  // Of what cannot be within the limit no more is asked than that it is known already; nor of
+  // anything, where far more than the limit stays somewhere: the path is not this cutter's, then.
+  const bool clear = report.max_excess > kClearExcess * check.limit();
   const auto enough = [&](const RowFindings::Open& one) {
-    return one.over ? std::fmax(check.limit(), report.max_excess) : check.limit();
+    return one.over || clear ? std::fmax(check.limit(), report.max_excess) : check.limit();
   };
   const auto settle = [&] {
     std::erase_if(open, [&](const RowFindings::Open& one) {

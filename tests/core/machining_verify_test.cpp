@@ -14,6 +14,7 @@
 #include "core/part_program/part_program.h"
 #include "core/tessellate/tessellate.h"
 #include "tests/support/height_mesh.h"
+#include "tests/support/load_part.h"
 #include "tests/support/random_program.h"
 
 namespace diesink {
@@ -469,6 +470,30 @@ TEST(VerifyPath, OnAWallItTellsHowMuchIsLeft) {
 // Between the points of a path that keeps the limit no more is told to stay than does: beside a
 // wall that runs along a row of the lattice, on sides that steepen to upright, where a flat end's
 // passes end beside each other. What a planner leaves between its own points is a little more.
+// Of a limit of 0 no multiple is more: how deep a cutter beside a wall may hold what stands there
+// is looked for from what a touch is.
+TEST(VerifyPath, WithoutAnyToleranceItEnds) {
+  const CompoundSurface surface = test::fixture("fig6");
+  PathOptions options;
+  options.cutter = {6, 3};
+  options.interval = 1;
+  options.intol = options.outtol = 0.02;
+  options.threads = 2;
+  const PlannedPath planned = plan_path(surface, options).value();
+  TessellationOptions fine;
+  fine.tolerance = 0.005;
+  const Tessellation mesh = tessellate(surface, fine).value();
+  VerifyOptions check;
+  check.cutter = {4, 2};
+  check.spacing = 0.4;
+  check.threads = 2;
+  const VerifyReport found =
+      verify_path(surface, mesh.mesh, mesh.report.certified_deviation, planned.path, check).value();
+  EXPECT_EQ(found.limit, 0);
+  EXPECT_GT(found.uncut_area, 300);
+  EXPECT_GT(found.max_excess, 0.5);
+}
+
 TEST(VerifyPath, TheBoundBetweenThePointsIsNearTheLimit) {
   const CompoundSurface wall = surface_of(kBlock, "B+S1", "X-RNG,0,30\nY-RNG,0,20\nTOLER,.01\n");
   const CompoundSurface log = surface_of("S1,R-CYLI,1\nP1,-5,8,0\nP2,30,14,0\nRAD,3\n", "B+S1",
