@@ -9,6 +9,10 @@
 
 namespace diesink {
 
+// A unit normal whose part in plan is no longer than this has no direction there but by rounding:
+// the ground is level, and the cutter's disk is not shifted to a side of its contact.
+inline constexpr double kLevel = 1e-12;
+
 // A cutter that turns about the z axis above its tip: a disk of radius flat() at the tip's height,
 // a corner of radius corner() around it, and a straight shank above. corner() = radius() is a ball,
 // 0 a flat end, between them a bull nose. It is the body of all points at most corner() away from

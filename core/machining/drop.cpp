@@ -144,7 +144,7 @@ Vec2 PointDrop::point_of(std::uint32_t piece, double x, double y) const {
   const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
   const double flat = n.head<2>().norm();
   Vec2 point(x, y);
-  if (flat > 0) point -= (cutter.corner() + cutter.flat() / flat) * n.head<2>();
+  if (flat > kLevel) point -= (cutter.corner() + cutter.flat() / flat) * n.head<2>();
   return point;
 }
 

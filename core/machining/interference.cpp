@@ -82,7 +82,7 @@ double safe_move(const Vec3& a, const Vec3& b, SegmentProfile& profile, double t
 Vec3 tip_of(const CutterShape& cutter, const CcContact& contact) {
   Vec3 tip = contact.p + cutter.corner() * contact.n;
   const double flat = contact.n.head<2>().norm();
-  if (flat > 1e-12) tip.head<2>() += cutter.flat() / flat * contact.n.head<2>();
+  if (flat > kLevel) tip.head<2>() += cutter.flat() / flat * contact.n.head<2>();
   tip.z() -= cutter.corner();
   return tip;
 }

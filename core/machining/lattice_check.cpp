@@ -162,7 +162,7 @@ bool LatticeCheck::in_domain(const Vec2& p) const {
 bool LatticeCheck::reachable(std::size_t i, std::size_t j, double z, const Vec3& n,
                              double stays) const {
   const double flat = n.head<2>().norm();
-  const double shift = cutter_.corner() + (flat > 1e-9 ? cutter_.flat() / flat : 0);
+  const double shift = cutter_.corner() + (flat > kLevel ? cutter_.flat() / flat : 0);
   const Vec3 tip(lattice_.x(i) + shift * n.x(), lattice_.y(j) + shift * n.y(),
                  z + cutter_.corner() * (n.z() - 1));
   return in_domain(tip.head<2>()) && pyramid_.clears(cutter_, tip, slack_) &&

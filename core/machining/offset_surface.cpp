@@ -259,7 +259,7 @@ OffsetSurface::OffsetSurface(const TriangleMesh& mesh, const CutterShape& cutter
     if (turned > kFine) noise[t] = std::min(turned, 1.0);
     Vec3 shift(0, 0, -cutter_.corner());
     const double flat = normals[t].head<2>().norm();
-    if (flat > 1e-12) {
+    if (flat > kLevel) {
       shift += cutter_.corner() * normals[t];
       shift.head<2>() += cutter_.flat() * normals[t].head<2>() / flat;
     } else {

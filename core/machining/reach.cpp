@@ -69,7 +69,7 @@ UnreachableArea unreachable_area(const CompoundSurface& surface, const OffsetSur
         const std::optional<CcDatum>& cc = samples_at[j * nx + i];
         if (!cc) continue;
         const double flat = cc->n.head<2>().norm();
-        const double shift = cutter.corner() + (flat > 1e-12 ? cutter.flat() / flat : 0);
+        const double shift = cutter.corner() + (flat > kLevel ? cutter.flat() / flat : 0);
         const double tip = cc->z + cutter.corner() * (cc->n.z() - 1);
         const double allowed = tip + tolerance;
         const double at = drop.at(x + shift * cc->n.x(), y + shift * cc->n.y(),

@@ -107,7 +107,7 @@ RowPosition RowContacts::on(const ProfileSegment& s, double x) const {
     const auto& v = offset_->facets()[s.piece].v;
     const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]);
     const double size = n.norm(), flat = n.head<2>().norm();
-    if (flat > 1e-12 * size) {
+    if (flat > kLevel * size) {
       out.away = n.head<2>() * (cutter.corner() / size + cutter.flat() / flat);
       out.slope = -n.head<2>() / n.z();
     }
