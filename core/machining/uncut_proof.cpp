@@ -113,13 +113,11 @@ class UncutProof::Whittler {
     bool somewhere = false;
     const FacetPart whole = part;
     const double enough = (1 - kWorth) * whole.area();
-    // Where what no move keeps is asked for its reach, how high it stands does not matter.
-    const double most =
-        reach_ && !part.from ? (1 + kRounding) * proof_.lift(part, proof_.limit_) : kInfinity;
+    std::optional<double> most;
     for (std::size_t k = 0; k <= whole.size; ++k) {
       const Vec3 at = k == 0 ? whole.middle() : whole.p[k - 1];
       double over = 0;
-      const std::optional<Keeper> keeper = keeper_at(part.facet, at, most, over);
+      const std::optional<Keeper> keeper = keeper_at(whole, at, most, over);
       if (!keeper) {
         tried.kept_everywhere = false;
         tried.over = std::min(tried.over, over);
@@ -190,8 +188,10 @@ class UncutProof::Whittler {
     return proof_.keeps(keeper.facet, own, p, top);
   }
 
-  // `most`: what stands so high over the part is nowhere near enough to it.
-  std::optional<Keeper> keeper_at(std::uint32_t own, const Vec3& p, double most, double& over) {
+  // `most`: what stands so high over the part is nowhere near enough to it; made when it is needed.
+  std::optional<Keeper> keeper_at(const FacetPart& part, const Vec3& p, std::optional<double>& most,
+                                  double& over) {
+    const std::uint32_t own = part.facet;
     if (stands_) {
       over = stands_(p.head<2>()) - proof_.limit_;
       if (over > 0) return std::nullopt;
@@ -199,7 +199,11 @@ class UncutProof::Whittler {
     if (last_ != PathMoves::kNone && keeps({last_, own}, own, p)) return Keeper{last_, own};
     const Facet& facet = proof_.facets_[own];
     const Vec3 tip = tip_of(proof_.cutter_, {p, facet.n});
-    double top = p.z() + most;
+    if (!most) {
+      // Where what no move keeps is asked for its reach, how high it stands does not matter.
+      most = reach_ && !part.from ? (1 + kRounding) * proof_.lift(part, proof_.limit_) : kInfinity;
+    }
+    double top = p.z() + *most;
     std::uint32_t move = proof_.moves_.lowest_near(tip.head<2>(), p.head<2>(), top);
     if (move != PathMoves::kNone && proof_.keeps(own, own, p, top))
       return Keeper{last_ = move, own};
