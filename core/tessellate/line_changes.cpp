@@ -3,12 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace diesink {
 
 namespace {
 
 constexpr double kLonger = 16;  // of the pieces of a search that was given up
+// Labels within one piece that nothing tells apart but evaluation: more are noise.
+constexpr int kMostBetween = 8;
+// Of the size: slivers that draw_together() takes away.
+constexpr double kNarrow = 1e-9;
 
 }  // namespace
 
@@ -46,7 +51,7 @@ void ChangeSearch::search(const Sample& p, const Sample& q, const std::vector<st
   const double least = regular ? run.shortest_regular : run.shortest;
   if (single || length <= least || depth > 60) {
     if (!single) note_unsettled(p.p, length, verdict.depth, run);
-    if (p.state.label != q.state.label) add_change(p, q, run.found.changes);
+    if (p.state.label != q.state.label) add_change(p, q, 0, run.found.changes);
     return;
   }
   // p + s (q - p): the line's own coordinate stays as it is to the bit.
@@ -62,10 +67,28 @@ void ChangeSearch::note_unsettled(const Vec2& at, double length, double depth, R
   run.found.unsettled_area += 2 * length * length;
 }
 
-void ChangeSearch::add_change(const Sample& p, const Sample& q,
+void ChangeSearch::add_change(const Sample& p, const Sample& q, int depth,
                               std::vector<LineChange>& out) const {
-  const CurveSolver::Change change =
-      solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z);
+  CurveSolver::Change change =
+      solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z,
+                             depth < kMostBetween);
+  if (change.third) {
+    const Sample between = sample(change.third_at);
+    std::vector<LineChange> parts;
+    add_change(p, between, depth + 1, parts);
+    add_change(between, q, depth + 1, parts);
+    bool wide = true;
+    for (std::size_t k = 1; k < parts.size(); ++k) {
+      wide = wide && std::hypot(parts[k].x - parts[k - 1].x, parts[k].y - parts[k - 1].y) >
+                         kNarrow * surface_.size;
+    }
+    if (wide) {
+      std::ranges::move(parts, std::back_inserter(out));
+      return;
+    }
+    change = solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z,
+                                    false);
+  }
   LineChange found;
   found.x = change.at.x;
   found.y = change.at.y;

@@ -65,7 +65,7 @@ class ChangeSearch {
   void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth,
               Run& run) const;
   void note_unsettled(const Vec2& at, double length, double depth, Run& run) const;
-  void add_change(const Sample& p, const Sample& q, std::vector<LineChange>& out) const;
+  void add_change(const Sample& p, const Sample& q, int depth, std::vector<LineChange>& out) const;
 
   const CompoundSurface::Impl& surface_;
   const std::vector<BodyVertices>& vertices_;

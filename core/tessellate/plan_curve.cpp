@@ -413,7 +413,7 @@ void join_heights(std::vector<LabelHeight>& heights, double close) {
 }
 
 CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b,
-                                                double zb) const {
+                                                double zb, bool asks_for_third) const {
   Change change;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const SurfaceRef ra = ref_of(a), rb = ref_of(b);
@@ -447,7 +447,7 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         return ((t - t_meet) * d).norm() <= close && std::fabs(z - z_meet) <= close;
       };
       // A body's own end, seen from the side where it is.
-      const auto ends = [&](const SurfaceRef& own, bool plus, const Vec2& inside) {
+      const auto ends = [&](const SurfaceRef& own, bool plus, const Vec2& inside, Label beyond) {
         if (own.solid < 0) return false;
         const BodyLine& body = surface_->bodies[static_cast<std::size_t>(own.solid)];
         // Two lines that meet in an apex, or never, are two curves.
@@ -495,14 +495,25 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
         for (const PlanarCap& cap : plus ? body.lower_caps() : body.upper_caps()) {
           if (attempt(cap.face)) return true;
         }
-        return body.has_side() && attempt(kFaceSide);
+        if (body.has_side() && attempt(kFaceSide)) return true;
+        // A face that shows, but is so steep that down to what is seen beyond it has no width of
+        // its own in plan.
+        for (const PlanarCap& cap : plus ? body.upper_caps() : body.lower_caps()) {
+          double below = 0;
+          if (beyond != kNoLabel && attempt(cap.face) &&
+              height(beyond, change.at.x, change.at.y, below) &&
+              std::fabs(change.at.z - below) <=
+                  kLineSlack * surface_->tie * std::hypot(cap.zx, cap.zy))
+            return true;
+        }
+        return false;
       };
       const auto plus_of = [&](Label label) {
         return surface_->steps[surface_->step_of_row[static_cast<std::size_t>(row_of(label))]]
                    .sign == Sign::kPlus;
       };
-      bool ended =
-          (a != kNoLabel && ends(ra, plus_of(a), p)) || (b != kNoLabel && ends(rb, plus_of(b), q));
+      bool ended = (a != kNoLabel && ends(ra, plus_of(a), p, b)) ||
+                   (b != kNoLabel && ends(rb, plus_of(b), q, a));
       if (!ended) {
         // A body that neither label belongs to: its end spares one of them a cut.
         for (const std::uint32_t i : surface_->index.at(mid.x(), mid.y())) {
@@ -514,7 +525,8 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
           if (in_p == in_q) continue;
           const bool plus = step.sign == Sign::kPlus;
           const LineHit& hit = in_p ? hit_p : hit_q;
-          ended = ends({step.solid, plus ? hit.upper_face : hit.lower_face}, plus, in_p ? p : q);
+          ended = ends({step.solid, plus ? hit.upper_face : hit.lower_face}, plus, in_p ? p : q,
+                       kNoLabel);
         }
       }
       if (!ended && (touch || touch_here)) {
@@ -546,7 +558,20 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
       }
     }
     const LineState state = surface_->evaluate_face(mid.x(), mid.y());
-    // A third label in between: the change from a is what is looked for, whatever comes after.
+    // (Not one of faces that touch, which show by turns for as far as a tie reaches.)
+    const auto is_told_from = [&](Label label) {
+      double own = 0;
+      return label == kNoLabel || state.label == kNoLabel ||
+             !height(label, mid.x(), mid.y(), own) ||
+             std::fabs(own - state.z) > 64 * surface_->tie;
+    };
+    if (asks_for_third && state.label != a && state.label != b &&
+        (q - p).norm() > kLineSlack * surface_->tie && is_told_from(a) && is_told_from(b)) {
+      change.third = true;
+      change.third_at = mid;
+      return change;
+    }
+    // (A third label where ties blur: the change from a is what is looked for.)
     if (state.label == a) {
       p = mid;
       za = state.z;

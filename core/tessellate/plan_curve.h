@@ -113,13 +113,17 @@ class CurveSolver {
   bool on_face(Label label, const Vec2& p, double z) const;
 
   // Where the label changes between p (label a) and q (label b), both found by evaluation: the
-  // curve, its point, and the heights of both labels there (NaN for a hole).
+  // curve, its point, and the heights of both labels there (NaN for a hole). Where a third label
+  // shows in between and no curve parts the two: a point of it instead, if that is asked for.
   struct Change {
     PlanCurve curve;
     CurvePoint at;
     double za = 0, zb = 0;
+    bool third = false;
+    Vec2 third_at = Vec2::Zero();
   };
-  Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb) const;
+  Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb,
+                        bool asks_for_third) const;
 
  private:
   bool borders(const BodyLine& body, const PlanCurve& shadow, const Vec2& at, double z) const;
