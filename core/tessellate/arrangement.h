@@ -68,8 +68,9 @@ struct ArrangementOptions {
       0;  // of the tessellation; decides what is too small to matter, never what is found above it
   double flat = 0;  // length under which surfaces, or lines side by side, count as one; 0 = 1e-4 of
                     // the tolerance
-  double least = 0;  // least cell; 0 = least_cell()
-  int variant = 0;   // of where cells are cut: another one where what is found cannot be meshed
+  double least = 0;               // least cell; 0 = least_cell()
+  double largest_coordinate = 0;  // of the finished mesh, if it is moved: corners will round to it
+  int variant = 0;  // of where cells are cut: another one where what is found cannot be meshed
   SearchBudget budget;
   std::size_t most_cells = 0;  // an error beyond; 0 = no limit
   bool may_widen = false;      // instead: least cells are wider there, told; an error even so where

@@ -19,8 +19,11 @@ namespace {
 // are.
 constexpr int kPasses = 200;
 
-// Part of the least cell down to which corners of several heights are parted.
-constexpr double kDeeper = 0x1p-6;
+// Part of the least cell down to which corners of several heights are parted, and part of the size
+// down to which other corners are: what vertices of curves are held to.
+constexpr double kDeeper = 0x1p-6, kDeepest = 1e-9;
+// Least cells split in one round: some corners' worth; a line of them is given up.
+constexpr std::ptrdiff_t kMostDeeper = 1000;
 
 }  // namespace
 
@@ -197,19 +200,30 @@ void GraphMaker::around(std::int32_t c, const Take& take) const {
   }
 }
 
+// Whether a least cell may be split. Not where there are many: what lies along a whole line is no
+// clearer deeper down, nor what was found by halving alone. (Cells of a part of the tree that has
+// been given up are wider.)
+bool GraphMaker::may_be_split(const TreeCell& c, const std::vector<Item>& items,
+                              double deepest) const {
+  const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
+  return !last_ && deeper_ && width <= 2 * options_.least && width > deepest &&
+         std::ranges::none_of(items, [&](const Item& item) {
+           return graph_.nodes[item.node].curve.type == CurveType::kUnsolved;
+         });
+}
+
+// Two corners a hair apart are seen one by one in cells as small as what vertices are held to.
+// (Those of a part that lies far away round to what they are apart.)
+bool GraphMaker::parts_corners(const TreeCell& c, const std::vector<Item>& items) const {
+  return options_.largest_coordinate == 0 && may_be_split(c, items, kDeepest * surface_.size);
+}
+
 // Beside a silhouette heights differ by more than the tolerance sees between points of the plan
 // that are 1e-7 of the size apart: what a least cell would make one corner there is looked for a
 // little longer.
 bool GraphMaker::goes_deeper(const CellInfo& info, const TreeCell& c,
                              const std::vector<Item>& items) const {
-  // What was found by halving alone may go on and on beside itself, and is no clearer deeper down.
-  for (const Item& item : items) {
-    if (graph_.nodes[item.node].curve.type == CurveType::kUnsolved) return false;
-  }
-  const double width = std::fmax(c.box.x1 - c.box.x0, c.box.y1 - c.box.y0);
-  // (Cells of a part of the tree that has been given up are wider.)
-  return !last_ && info.depth > 0.25 * options_.tolerance && width > kDeeper * options_.least &&
-         width <= 2 * options_.least;
+  return info.depth > 0.25 * options_.tolerance && may_be_split(c, items, kDeeper * options_.least);
 }
 
 // Splits the cells that did not join, or has them joined as they are in the last pass; false where
@@ -218,7 +232,10 @@ bool GraphMaker::split_failed(bool last) {
   if (to_split_.empty()) return false;
   std::vector<std::int32_t> split;
   last_ = last;
+  const auto is_least = [&](std::int32_t c) { return cell(c).kind == CellKind::kLeast; };
+  deeper_ = deeper_ && std::ranges::count_if(to_split_, is_least) <= kMostDeeper;
   for (const std::int32_t c : to_split_) {
+    if (is_least(c) && !deeper_) continue;
     const PlanBox b = cell(c).box;
     if (last || (cell(c).kind != CellKind::kLeast &&
                  std::fmax(b.x1 - b.x0, b.y1 - b.y0) <= 2 * options_.least)) {
@@ -237,6 +254,7 @@ bool GraphMaker::joins(std::int32_t info, const GraphMaker& known) {
   found_.clear();
   to_split_.clear();
   last_ = known.last_;
+  deeper_ = known.deeper_;
   const std::int32_t c = tree_.infos[static_cast<std::size_t>(info)].cell;
   around(c, [&](std::int32_t leaf, std::uint8_t side) {
     const auto first = static_cast<std::uint32_t>(graph_.nodes.size());

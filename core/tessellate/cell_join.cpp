@@ -229,7 +229,10 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     }
     return true;
   };
-  // A corner is one only if every curve that comes in runs through it. (Least cells cannot choose.)
+  // A corner is one only if every curve that comes in runs through it. (The least cells of all
+  // cannot choose.)
+  const bool least = c.kind == CellKind::kLeast, chooses = !least || parts_corners(c, items);
+  const double off = 1e-9 * surface_.size;
   const auto own_height = [&](const GraphNode& node) {
     const SurfaceRef& r = node.curve.first;
     for (const LabelHeight& h : node.heights) {
@@ -250,13 +253,13 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
       double t = 0, z = own_height(node);
       if (!solver_.on_line(node.curve, p, across, t, z))
         continue;  // tangent there: no word against it
-      if (std::fabs(t) > 1e-7 * surface_.size && std::fabs(t) < length) return false;
+      if (std::fabs(t) > off && (least || std::fabs(t) < length)) return false;
     }
     return true;
   };
   // A line that leaves the cell and comes back has stretches that do not end in the corner; of one
   // without an equation nothing says that it runs through a point.
-  if (c.kind != CellKind::kLeast) {
+  if (!least) {
     for (const Item& one : items) {
       if (graph_.nodes[one.node].curve.type == CurveType::kUnsolved) return false;
       const auto same = std::count_if(items.begin(), items.end(), [&](const Item& other) {
@@ -266,7 +269,7 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
     }
   }
   if (info.has_vertex) {
-    if (c.kind != CellKind::kLeast && !runs_through_all(info.vertex.head<2>())) return false;
+    if (chooses && !runs_through_all(info.vertex.head<2>())) return false;
     add_corner(items, info.vertex.head<2>(), nullptr, nullptr, 0, 0, &info.vertex);
     return true;
   }
@@ -288,9 +291,9 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
         if (solver_.cross_at(one, two, at, z1, z2) != crossing) continue;
         // The other sheet of a side is not the corner that is seen.
         if (!seen(one, at, z1) || !seen(two, at, z2)) continue;
-        if (c.kind != CellKind::kLeast && !runs_through_all(at)) continue;
-        if (c.kind != CellKind::kLeast && info.star && !is_star_centre(info, c, at)) continue;
-        if (c.kind == CellKind::kLeast) {
+        if (chooses && !runs_through_all(at)) continue;
+        if (!least && info.star && !is_star_centre(info, c, at)) continue;
+        if (least) {
           // Tiny cells lie on the corner; their own box is the better bound.
           at.x() = std::clamp(at.x(), b.x0 - margin, b.x1 + margin);
           at.y() = std::clamp(at.y(), b.y0 - margin, b.y1 + margin);
@@ -300,7 +303,7 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
       }
     }
   }
-  if (c.kind != CellKind::kLeast) return false;
+  if (!least) return false;
   // One crease alone, come in from more than two sides: it crosses itself. (Where it comes in
   // beside a corner of the cell it may have been found by halving alone: as flat as it is there, a
   // tie is far longer in plan.)
@@ -325,6 +328,7 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
       return true;
     }
   }
+  if (chooses) return false;
   add_corner(items, middle, nullptr, nullptr, 0, 0, nullptr);
   return true;
 }

@@ -77,6 +77,9 @@ class GraphMaker {
   void settle_cells();
   bool joins(std::int32_t info, const GraphMaker& known);
   bool split_failed(bool last);
+  [[nodiscard]] bool may_be_split(const TreeCell& c, const std::vector<Item>& items,
+                                  double deepest) const;
+  [[nodiscard]] bool parts_corners(const TreeCell& c, const std::vector<Item>& items) const;
   [[nodiscard]] bool goes_deeper(const CellInfo& info, const TreeCell& c,
                                  const std::vector<Item>& items) const;
 
@@ -104,6 +107,7 @@ class GraphMaker {
   std::uint32_t first_new_ = 0;
   std::size_t seam_changes_ = 0;  // taken into the graph
   bool last_ = false;             // cells are joined as they are
+  bool deeper_ = true;            // least cells may be split
   // What stretches of border between leaves have shown: it does not change as other cells are
   // split.
   std::unordered_map<std::uint64_t, LineFinding> known_;

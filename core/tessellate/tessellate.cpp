@@ -147,6 +147,7 @@ Result<Tessellation> mesh_faces(const CompoundSurface& surface, const Plan& plan
   };
   for (int variant = 0;; ++variant) {
     ArrangementOptions arrangement_options;
+    arrangement_options.largest_coordinate = plan.largest_coordinate;
     arrangement_options.tolerance = tolerance;
     arrangement_options.threads = options.threads;
     arrangement_options.variant = variant;

