@@ -527,8 +527,8 @@ inline std::vector<NamedCase> named_cases() {
       {"FlushTopsAcrossALineOfTheGrid",
        "SOLID-DEF\nS,4-PRIS,1\nP1,10,90,10\nP2,30,90,10\nP3,30,110,10\nP4,10,110,10\n"
        "P5,15,95,20\nP6,25,95,20\nP7,25,105,20\nP8,15,105,20\n" +
-           box("T", "5,90,10", "20,100,20") +
-           "BOOLE-DEF\nS+T\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nX-INT,2.5\nY-INT,2.5\n"
+           box("T", "5,90,10", "20,100,20") + box("U", "40,5,0", "95,60,20") +
+           "BOOLE-DEF\nS+T+U\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nX-INT,2.5\nY-INT,2.5\n"
            "TOLER,.2\n",
        0.2},
       // The quadric of a cone goes on beyond its apex, where it has the height of the block's top
