@@ -42,8 +42,12 @@ void BodyLine::prepare(const Polyhedron& body) {
   side_.cx = 0.5 * (box_.x0 + box_.x1);
   side_.cy = 0.5 * (box_.y0 + box_.y1);
   const Vec3 centre(side_.cx, side_.cy, 0);
+  double off = 0;  // how far corners lie off their faces, of coordinates that are rounded
   for (const PolyhedronFace& face : body.faces) {
     const Plane& plane = face.plane;
+    for (const std::uint8_t v : face.loop) {
+      off = std::fmax(off, std::fabs(plane.n.dot(body.vertices[v] - body.vertices[face.loop[0]])));
+    }
     // The plane about the body's own centre: distance of a vertex of the face, not of the far
     // origin.
     const Vec3 corner = body.vertices[face.loop[0]] - centre;
@@ -59,6 +63,10 @@ void BodyLine::prepare(const Polyhedron& body) {
     cap.face = face.number;
     (plane.n.z() > 0 ? upper_caps_ : lower_caps_).push_back(cap);
   }
+  // The planes meet a little beyond the corners; a height cut off there would be on none of them.
+  constexpr double kMeetBeyond = 8;  // where they do so at some seven degrees
+  z_low_ -= kMeetBeyond * off;
+  z_high_ += kMeetBeyond * off;
 }
 
 void BodyLine::prepare(const QuadricBody& body) {
@@ -139,8 +147,7 @@ void BodyLine::prepare(const QuadricBody& body) {
     // has along a cylinder's lines and at the short axis of an ellipsoid's shadow.
     const double reach = std::fmax(std::fmax(box_.x1 - box_.x0, box_.y1 - box_.y0), slack_);
     if (body.shape == QuadricShape::kCylinder || body.shape == QuadricShape::kEllipsoid) {
-      const double larger =
-          -0.5 * (s.dxx + s.dyy) + std::hypot(0.5 * (s.dxx - s.dyy), 0.5 * s.dxy);
+      const double larger = -0.5 * (s.dxx + s.dyy) + std::hypot(0.5 * (s.dxx - s.dyy), 0.5 * s.dxy);
       s.disc_slack = slack_ * 2 * std::sqrt(larger * s.d0);
     } else {
       s.disc_slack =

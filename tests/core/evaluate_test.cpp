@@ -6,7 +6,9 @@
 #include <numbers>
 #include <sstream>
 
+#include "core/compound/compound_impl.h"
 #include "core/compound/compound_surface.h"
+#include "core/tessellate/implicit.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/load_part.h"
 #include "tests/support/random_program.h"
@@ -175,6 +177,32 @@ TEST(Evaluate, MissesByMoreThanATieMiss) {
     }
   }
   EXPECT_EQ(lines, 12 * 14 * 2);
+}
+
+// A base of six decimals is a plane to these: the planes of its faces meet a hair beyond its
+// corners, and heights between go on along them.
+TEST(Evaluate, HeightsBesideALowestEdgeAreOnTheFace) {
+  const CompoundSurface surface = test::surface_of(
+      "SOLID-DEF\nA,4-PRIS,2\nP1,51.645449,54.103524,-7.817577\n"
+      "P2,81.386461,66.815244,-7.817577\nP3,78.228093,74.204727,-6.547126\n"
+      "P4,48.487082,61.493007,-6.547126\nHEI,7.904081\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB-A\n"
+      "MACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n");
+  const CompoundSurface::Impl& impl = surface.impl();
+  int lowest = 0;
+  for (int i = 1; i < 200; ++i) {
+    const double t = i / 200.0;
+    for (const double beside : {-1e-7, -1e-8, 0.0, 1e-8, 1e-7}) {
+      const LineState state = impl.evaluate_face(51.645449 + t * 29.741012 + 0.393 * beside,
+                                                 54.103524 + t * 12.71172 - 0.919 * beside);
+      ASSERT_NE(state.label, kNoLabel);
+      if (state.z > -7.8) continue;
+      ++lowest;
+      const Vec3 p(51.645449 + t * 29.741012 + 0.393 * beside,
+                   54.103524 + t * 12.71172 - 0.919 * beside, state.z);
+      EXPECT_LE(std::fabs(face_implicit(impl, state.label).value(p)), 1e-12) << i << ' ' << beside;
+    }
+  }
+  EXPECT_GT(lowest, 500);
 }
 
 }  // namespace
