@@ -39,7 +39,8 @@ ArcSamples::ArcSamples(const CompoundSurface::Impl& surface, const Arrangement& 
     : surface_(surface), arrangement_(arrangement), options_(options), solver_(surface) {
   for (const PlanArc& arc : arrangement.arcs) {
     for (const Label label : {arc.left, arc.right}) {
-      if (label != kNoLabel) charts_.try_emplace(label, surface, label);
+      if (label != kNoLabel)
+        charts_.try_emplace(label, surface, label).first->second.draw_for(options.tolerance);
     }
   }
 }

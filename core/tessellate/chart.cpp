@@ -39,6 +39,12 @@ double regular_edge(double k1, double k2, double tolerance) {
 // if it were no steeper than where its normal rises by this.
 constexpr double kCoarse = 0.005, kSteep = 0.25;
 
+// Long ellipsoids are drawn as spheres where the tolerance is more than this part of their least
+// radius.
+constexpr double kSharp = 0.1;
+// Their sag on the sphere at most, of its radius.
+constexpr double kMostSag = 0.1;
+
 // A tolerance beyond a good part of the radius says nothing of a triangle's size.
 double useful_tolerance(double tolerance, double curvature) {
   return std::fmin(tolerance, 0.25 / curvature);
@@ -144,6 +150,14 @@ void FaceChart::prepare_ellipsoid(const QuadricBody& body) {
   const double more = std::sqrt(std::fmax(1, std::fmax(g1, g2) / (std::fmin(g1, g2) * kStretch)));
   const double mean = std::sqrt(g1 * g2);
   stretch_ = g1 > g2 ? Vec2(mean * more, mean / more) : Vec2(mean / more, mean * more);
+}
+
+void FaceChart::draw_for(double tolerance) {
+  if (!is_long()) return;
+  const double least = axes_.minCoeff(), largest = axes_.maxCoeff();
+  if (tolerance * largest < kSharp * least * least) return;
+  as_sphere_ = true;
+  stretch_ = Vec2(largest, largest);
 }
 
 void FaceChart::prepare_paraboloid(const QuadricBody& body) {
@@ -306,6 +320,11 @@ double FaceChart::spacing(const Vec3& p, double tolerance) const {
       const Vec3 s = sphere_ * q.cwiseQuotient(axes_);
       const double steep = q.cwiseQuotient(axes_.cwiseProduct(axes_)).norm();
       const double factor = 0.5 * (1 + s.z());  // sphere length a unit of the unscaled chart
+      if (as_sphere_) {
+        // What the sphere sags by, so many times as long on the way from the centre.
+        const double sag = std::fmin(tolerance / q.norm(), kMostSag);
+        return std::sqrt(6 * sag) * stretch_.x() / factor;
+      }
       const double curvature = factor * factor / steep;
       const double smallest = std::fmin(stretch_.x(), stretch_.y()),
                    largest = std::fmax(stretch_.x(), stretch_.y());

@@ -8,7 +8,7 @@
 
 #include "core/compound/compound_surface.h"
 #include "core/tessellate/chart_turn.h"
-#include "core/tessellate/deviation_base.h"
+#include "core/tessellate/deviation.h"
 #include "core/tessellate/implicit.h"
 #include "core/vec.h"
 
@@ -39,6 +39,12 @@ class FaceChart {
   FaceChart(const CompoundSurface::Impl& surface, Label label,
             const BaseCurvature* curvature = nullptr);
 
+  // Draws an ellipsoid whose sharpest edge the tolerance hardly sees as the sphere that it is but
+  // for its axes: triangles as long and narrow as it is, where regular ones would be as small as
+  // the edge is sharp.
+  // Needs: to be called before anything is drawn.
+  void draw_for(double tolerance);
+
   // Needs: p on the seen side of the face, to rounding.
   [[nodiscard]] Vec2 to_chart(const Vec3& p) const;
 
@@ -65,6 +71,11 @@ class FaceChart {
 
   // Unit normal that points up; at the silhouette level, and on the same side as nearby.
   [[nodiscard]] Vec3 normal(const Vec3& p) const;
+
+  // An ellipsoid kLongEllipsoid times as long as it is thin (deviation.h).
+  [[nodiscard]] bool is_long() const {
+    return kind_ == Kind::kEllipsoid && axes_.maxCoeff() >= kLongEllipsoid * axes_.minCoeff();
+  }
 
   [[nodiscard]] bool is_plane() const { return kind_ == Kind::kPlane; }
 
@@ -101,6 +112,7 @@ class FaceChart {
   // and the scale of e1 and e2.
   Mat3 sphere_ = Mat3::Identity();
   Vec2 stretch_ = Vec2::Ones();
+  bool as_sphere_ = false;  // by draw_for()
   // Paraboloid: slope from where on the deep part is drawn wider, and its exponent.
   double steep_ = 0, widening_ = 1;
 };

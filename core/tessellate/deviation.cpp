@@ -92,6 +92,24 @@ double reach_along(const EdgeForms& q, const std::array<double, 3>& g, double cu
   return reach;
 }
 
+// Of an ellipsoid, however sharp its edges: on the way from the centre through each point of the
+// triangle, r, it is reached at r over its norm, the root of the form and 1.
+double from_centre(const Implicit& f, const EdgeForms& q, const VertexValues& values,
+                   const std::array<Vec3, 3>& v) {
+  const double longest = f.k.minCoeff(), thinnest = f.k.maxCoeff();  // squares, of 1 over the axis
+  constexpr double kLong = kLongEllipsoid * kLongEllipsoid * (1 + 1e-9);  // by more than rounding
+  if (!(f.m < 0 && f.l == 0 && longest > 0 && thinnest >= kLong * longest)) return kInf;
+  const double inside = largest_between(q, {-values[0], -values[1], -values[2]}) / -f.m;
+  const double outside = largest_between({-q[0], -q[1], -q[2]}, values) / -f.m;
+  if (!(inside < 1)) return kInf;
+  double farthest = 0;
+  for (const Vec3& p : v) farthest = std::fmax(farthest, (p - f.c).norm());
+  // (1 / sqrt(1 - s) - 1 and 1 - 1 / sqrt(1 + s), without cancelling.)
+  const double in = std::sqrt(1 - std::fmax(0, inside)), out = std::sqrt(1 + std::fmax(0, outside));
+  return farthest * std::fmax(std::fmax(0, inside) / (in * (1 + in)),
+                              std::fmax(0, outside) / (out * (1 + out)));
+}
+
 double over_quadric(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3& c) {
   const std::array<Vec3, 3> v{a, b, c};
   std::array<Vec3, 3> gradient;
@@ -130,6 +148,7 @@ double over_quadric(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3&
     const double least = std::min({n.dot(gradient[0]), n.dot(gradient[1]), n.dot(gradient[2])});
     if (least > 0.9 * steepest) return reach;
   }
+  reach = std::fmin(reach, from_centre(f, q, values, v));
   // A sliver may stand across its surface: go along the surface's own normal instead.
   const Vec3 m = gradient[0] + gradient[1] + gradient[2];
   const double length = m.norm();

@@ -29,6 +29,10 @@ struct CurvePair {
 // Bound:  within 10 % of the distance for chords of up to 0.1 radians of turn.
 double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b);
 
+// How many times as long as it is thin an ellipsoid is whose triangles are bounded on the way from
+// its centre, too: that way need not be along their normals.
+constexpr double kLongEllipsoid = 6;
+
 // Bounds for the triangles of a whole surface; made once, used by any number of threads.
 class TriangleDeviation {
  public:

@@ -75,14 +75,15 @@ double RegionMesher::bound_of(double face, std::uint32_t a, std::uint32_t b,
   const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
   const double altitude = (q - p).cross(r - p).norm() / longest_edge(a, b, c);
   const double slope = 8 * face / altitude;
-  return slope < kGentle ? std::fmax(face, border) : face + border;
+  // (The bound of a long ellipsoid need not be along that normal.)
+  return slope < kGentle && !chart_.is_long() ? std::fmax(face, border) : face + border;
 }
 
 bool RegionMesher::border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c,
                                 double limit) const {
   const double border = border_bound_of(a, b, c);
   if (border == 0) return true;
-  if (border > limit) return false;
+  if (border > limit || chart_.is_long()) return false;
   const Vec3 &p = mesh_.position[a], &q = mesh_.position[b], &r = mesh_.position[c];
   const double square =
       std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});

@@ -30,6 +30,7 @@ class RegionMesher {
         near_(1e-9 * surface.size) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
+    chart_.draw_for(options.tolerance);
   }
 
   using Chord = std::array<std::uint32_t, 2>;  // arc points

@@ -50,7 +50,9 @@ class SeamMaker {
     return solver_.height(label, p.x(), p.y(), z);
   }
   const FaceChart& chart(Label label) {
-    return charts_.try_emplace(label, surface_, label).first->second;
+    FaceChart& made = charts_.try_emplace(label, surface_, label).first->second;
+    made.draw_for(options_.tolerance);
+    return made;
   }
   void add(Label label, const Place& p);
   [[nodiscard]] bool is_scan(Label label) const {

@@ -166,6 +166,38 @@ TEST(TriangleDeviation, BoundsWhatSamplingFindsAndHardlyMore) {
   EXPECT_GT(measured_base, 100);
 }
 
+// Across the edge of a pancake gradients turn round within its thickness: what the triangle sags by
+// on the sphere that the ellipsoid is but for its axes, so many times as long, bounds it all the
+// same.
+TEST(TriangleDeviation, OfLongEllipsoidsTakesNoNotice) {
+  Random random(19);
+  for (const Vec3& axes : {Vec3(15, 0.1, 5), Vec3(0.02, 0.03, 9), Vec3(10, 8, 0.05)}) {
+    const auto text = [](double value) { return std::to_string(value); };
+    const CompoundSurface surface = surface_of(
+        "SOLID-DEF\nE,ELLIP,2\nP1,20,20,2\nA," + text(axes.x()) + "\nB," + text(axes.y()) + "\nC," +
+        text(axes.z()) + "\nBOOLE-DEF\nE\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.01\n");
+    const TriangleDeviation deviation(surface.impl());
+    const SeenFace face = seen_faces(surface).front();
+    const auto direction = [&] {
+      return Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)).normalized();
+    };
+    for (int k = 0; k < 400; ++k) {
+      const Vec3 about = direction();
+      const double size = k % 2 == 0 ? 0.3 : 0.05;
+      Vec3 v[3];
+      for (Vec3& corner : v) {
+        const Vec3 s = (about + size * direction()).normalized();
+        corner =
+            Vec3(20, 20, 2) + axes.cwiseProduct(s) * (1 + random.uniform(0, 0.1) * size * size);
+      }
+      const double bound = deviation(face.label, v[0], v[1], v[2]);
+      ASSERT_GE(bound, sampled(face, v[0], v[1], v[2], 8) * (1 - 1e-9) - 1e-12);
+      // A triangle within a cap of the sphere, and what its corners stand off.
+      ASSERT_LE(bound, 1.5 * size * size * axes.maxCoeff());
+    }
+  }
+}
+
 TEST(TriangleDeviation, BaseOfManyPatches) {
   Random random(13);
   RandomProgramOptions options;

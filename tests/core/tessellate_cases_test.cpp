@@ -158,6 +158,35 @@ TEST(DegenerateDies, LeaningSlotsWithBallEndsAreCertified) {
   EXPECT_EQ(prove(surface_of(slot), options), "");
 }
 
+// As few triangles as the sphere that each is but for its axes: as small as their edges are sharp
+// they took up to a million.
+TEST(DegenerateDies, ThinEllipsoidsTakeFewTriangles) {
+  for (const char* axes : {"A,15\nB,.1\nC,5\n", "A,.1\nB,10\nC,8\n", "A,1.25\nB,10\nC,10\n",
+                           "A,15\nB,.02\nC,.03\n", "A,15\nB,12\nC,.03\n"}) {
+    for (const char sign : {'+', '-'}) {
+      expect_certified("SOLID-DEF\nE,ELLIP,2\nP1,20,20,1\n" + std::string(axes) +
+                           "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB" + sign +
+                           "E\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.05\n",
+                       2500);
+    }
+  }
+}
+
+// A line of the grid crosses the common edge of two flush tops just halfway: without a point there
+// a node of the grid beside the edge made a triangle without area.
+TEST(DegenerateDies, FlushTopsAcrossALineOfTheGrid) {
+  ProofOptions options;
+  options.tessellation.scheme = MeshScheme::kGrid;
+  EXPECT_EQ(
+      prove(surface_of("SOLID-DEF\nS,4-PRIS,1\nP1,10,90,10\nP2,30,90,10\nP3,30,110,10\n"
+                       "P4,10,110,10\nP5,15,95,20\nP6,25,95,20\nP7,25,105,20\nP8,15,105,20\n" +
+                       box("T", "5,90,10", "20,100,20") +
+                       "BOOLE-DEF\nS+T\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n"
+                       "X-INT,2.5\nY-INT,2.5\nTOLER,.2\n"),
+            options),
+      "");
+}
+
 // Two walls that touch in a point of the plan, over a slope: what is found of the slope beside the
 // point is not its height there.
 TEST(DegenerateDies, SphereBesideARimOverASlope) {

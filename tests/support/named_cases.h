@@ -523,14 +523,17 @@ inline std::vector<NamedCase> named_cases() {
        "P1,5000,5000,-321.9\nNOR,-.10905,.11893,1\nBOOLE-DEF\nB+S1\nMACHI-DEF\n"
        "X-RNG,0,10000\nY-RNG,0,10000\nTOLER,100\n",
        100},
-      // A line of the grid crosses the common edge of two flush tops just halfway.
-      {"FlushTopsAcrossALineOfTheGrid",
-       "SOLID-DEF\nS,4-PRIS,1\nP1,10,90,10\nP2,30,90,10\nP3,30,110,10\nP4,10,110,10\n"
-       "P5,15,95,20\nP6,25,95,20\nP7,25,105,20\nP8,15,105,20\n" +
-           box("T", "5,90,10", "20,100,20") + box("U", "40,5,0", "95,60,20") +
-           "BOOLE-DEF\nS+T+U\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nX-INT,2.5\nY-INT,2.5\n"
-           "TOLER,.2\n",
-       0.2},
+      // Ellipsoids as thin as the tolerance or less, their edges sharper still.
+      {"PancakesOnEdgeCrossing",
+       "SOLID-DEF\nE,ELLIP,2\nP1,20,20,0\nA,15\nB,.1\nC,5\nF,ELLIP,2\nP1,20,20,0\nA,.2\nB,12\n"
+       "C,6\nBSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+E+F\nMACHI-DEF\nX-RNG,0,40\nY-RNG,0,40\nTOLER,.05\n",
+       0.05},
+      {"SlitOfAPancake", on_plane("E,ELLIP,2\nP1,20,20,-1\nA,.1\nB,10\nC,8\n", "-E")},
+      {"PancakeOverNothing",
+       "SOLID-DEF\nE,ELLIP,2\nP1,20,20,2.5\nA,1.25\nB,10\nC,10\nBOOLE-DEF\nE\nMACHI-DEF\n"
+       "X-RNG,0,40\nY-RNG,0,40\nTOLER,.05\n",
+       0.05},
+      {"NeedleLying", on_plane("E,ELLIP,2\nP1,20,20,0\nA,15\nB,.02\nC,.03\n", "+E")},
       // The quadric of a cone goes on beyond its apex, where it has the height of the block's top
       // above the place at which its rim touches the block.
       {"RimTouchingABlocksCorner",
