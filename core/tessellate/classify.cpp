@@ -323,7 +323,9 @@ bool is_star(const CellVerdict& v, const CellBox& box, double tie) {
   for (int i = 0; i < fs.count; ++i) {
     if (!fs[i].regular()) return false;
     for (int j = 0; j < i; ++j) {
-      if (pairs.of(i, j) == LinePairs::Meeting::kUnknown) return false;
+      // (Lines that run side by side have no corner.)
+      if (!is_transverse(fs[i], fs[j]) && pairs.of(i, j) != LinePairs::Meeting::kOnceAtMost)
+        return false;
     }
   }
   return fs.count >= 3;

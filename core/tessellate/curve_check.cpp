@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "core/compound/compound_impl.h"
+#include "core/tessellate/arrangement.h"
 #include "core/tessellate/implicit.h"
 #include "core/tessellate/plan_curve.h"
 
@@ -29,7 +30,9 @@ class CurveCheck {
         impl_(surface.impl()),
         made_(made),
         certified_(std::fmax(made.report.tolerance, made.report.certified_deviation)),
-        exact_(kExact * impl_.size) {}
+        exact_(kExact * impl_.size + (std::holds_alternative<ScannedSurface>(impl_.base)
+                                          ? kUnseen * made.report.tolerance
+                                          : 0)) {}
 
   void run() {
     name_faces();

@@ -12,8 +12,9 @@ namespace diesink {
 // and as wide as the surface may be off, and in report.doubts. The mesh stays as it is.
 // Units:  the program's.
 // Needs:  `made` complete, `surface` the one it was made of.
-// Bound:  a vertex may be off by 1e-9 of the size; from a scan, which may stand upright there, by
-//         what is certified.
+// Bound:  a vertex may be off by 1e-9 of the size; over a scan, whose chords may have been laid
+//         straight at a grain, by kUnseen of the tolerance more (arrangement.h); from the scan
+//         itself, which may stand upright there, by what is certified.
 void check_curves(const CompoundSurface& surface, Tessellation& made);
 
 }  // namespace diesink

@@ -105,7 +105,9 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
 
 LinePairs::Meeting LinePairs::on_line(const PlanFunction& line, const PlanFunction& conic) const {
   if (!is_straight(line) || !conic.exact) return Meeting::kUnknown;
-  const OnLine r = restrict_to(line, conic, box_);
+  // (What meets beyond the box by ties may do so in it as it is evaluated.)
+  const double beyond = kLineSlack * tie_;
+  const OnLine r = restrict_to(line, conic, {box_.x, box_.y, box_.hx + beyond, box_.hy + beyond});
   if (!r.inside) return Meeting::kNever;
   const double steep = std::fmax(std::fabs(conic.gx.lo), std::fabs(conic.gx.hi)) +
                        std::fmax(std::fabs(conic.gy.lo), std::fabs(conic.gy.hi));
