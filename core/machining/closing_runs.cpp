@@ -52,10 +52,10 @@ std::vector<Vec3> safe_run(const std::vector<Vec3>& tips, SegmentProfile& profil
   return out;
 }
 
-// What a part of a facet is that is not proven, by its corners and its middle.
 // Where it is not asked what stands over a place.
 constexpr double kUncut = std::numeric_limits<double>::infinity();
 
+// What a part of a facet is that is not proven, by its corners and its middle.
 struct PartSeen {
   LeftOver::Seen most;
   bool high = false;  // more than the limit stays at one of them
@@ -73,7 +73,7 @@ CcContact contact_of(const UncutProof& proof, const FacetPart& part, std::size_t
 // Those that a cutter may reach; the others go to `narrow`.
 std::vector<FacetPart> in_reach(const std::vector<FacetPart>& parts, const UncutProof& proof,
                                 const LeftOver& left, int threads, std::vector<FacetPart>& narrow) {
-  std::vector<std::uint8_t> in_reach(parts.size());
+  std::vector<std::uint8_t> reached(parts.size());
   parallel_blocks(parts.size(), kPartsABlock, threads,
                   [&](std::size_t begin, std::size_t end, int) {
                     for (std::size_t k = begin; k < end; ++k) {
@@ -88,12 +88,12 @@ std::vector<FacetPart> in_reach(const std::vector<FacetPart>& parts, const Uncut
                         in = left.falls_off_at(at.p.head<2>()) &&
                              left.see(at, proof.top(at.p.head<2>())).height > 0;
                       }
-                      in_reach[k] = in ? 1 : 0;
+                      reached[k] = in ? 1 : 0;
                     }
                   });
   std::vector<FacetPart> in;
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    (in_reach[k] != 0 ? in : narrow).push_back(parts[k]);
+    (reached[k] != 0 ? in : narrow).push_back(parts[k]);
   }
   return in;
 }
@@ -132,27 +132,25 @@ std::vector<PartSeen> look_at(const std::vector<FacetPart>& parts, const UncutPr
 class TipGrid {
  public:
   explicit TipGrid(double cell) : per_(1 / cell) {}
-  void add(const Vec3& tip) { cells_[cell_of(tip.x(), tip.y())].push_back(tip); }
-  // Calls see(tip) for those in the cells around a place until it returns true.
+  void add(const Vec3& tip, std::size_t number) { cells_[cell_of(tip, 0, 0)].push_back(number); }
+  // Calls see(number) for those in the cells around a place until it returns true.
   template <class See>
   bool any_near(const Vec3& at, const See& see) const {
-    for (const double dy : {0.0, -1.0, 1.0}) {
-      for (const double dx : {0.0, -1.0, 1.0}) {
-        const auto cell = cells_.find(cell_of(at.x() + dx / per_, at.y() + dy / per_));
-        if (cell != cells_.end() && std::any_of(cell->second.begin(), cell->second.end(), see)) {
-          return true;
-        }
+    for (const long dj : {-1L, 0L, 1L}) {
+      for (const long di : {-1L, 0L, 1L}) {
+        const auto cell = cells_.find(cell_of(at, di, dj));
+        if (cell != cells_.end() && std::ranges::any_of(cell->second, see)) return true;
       }
     }
     return false;
   }
 
  private:
-  [[nodiscard]] std::array<long, 2> cell_of(double x, double y) const {
-    return {std::lround(x * per_), std::lround(y * per_)};
+  [[nodiscard]] std::array<long, 2> cell_of(const Vec3& at, long di, long dj) const {
+    return {std::lround(at.x() * per_) + di, std::lround(at.y() * per_) + dj};
   }
   double per_;
-  std::map<std::array<long, 2>, std::vector<Vec3>> cells_;
+  std::map<std::array<long, 2>, std::vector<std::size_t>> cells_;
 };
 
 // Of the tips from which parts are known to be in reach so many that each part is kept by one.
@@ -162,40 +160,34 @@ std::vector<Vec3> pencil_tips(const std::vector<FacetPart>& parts, const UncutPr
   std::vector<Vec3> tips;
   for (const FacetPart& part : parts) {
     if (!part.from) continue;
-    if (taken.any_near(*part.from, [&](const Vec3& tip) { return proof.kept_from(part, tip); }))
+    if (taken.any_near(*part.from,
+                       [&](std::size_t tip) { return proof.kept_from(part, tips[tip]); }))
       continue;
-    taken.add(*part.from);
+    taken.add(*part.from, tips.size());
     tips.push_back(*part.from);
   }
   return tips;
 }
 
 // Chains of them, each next one the nearest no further off than `far`.
-std::vector<std::vector<Vec3>> chained(std::vector<Vec3> tips, double far) {
-  std::vector<std::vector<Vec3>> runs;
-  std::map<std::array<long, 2>, std::vector<std::size_t>> cells;
-  const auto cell_of = [&](const Vec3& p, long di, long dj) {
-    return std::array<long, 2>{std::lround(p.x() / far) + di, std::lround(p.y() / far) + dj};
-  };
-  for (std::size_t k = 0; k < tips.size(); ++k) cells[cell_of(tips[k], 0, 0)].push_back(k);
+std::vector<std::vector<Vec3>> chained(const std::vector<Vec3>& tips, double far) {
+  TipGrid grid(far);
+  for (std::size_t k = 0; k < tips.size(); ++k) grid.add(tips[k], k);
   std::vector<bool> used(tips.size());
   const auto nearest = [&](const Vec3& from) {
     std::size_t best = tips.size();
     double least = far;
-    for (const long dj : {-1L, 0L, 1L}) {
-      for (const long di : {-1L, 0L, 1L}) {
-        const auto cell = cells.find(cell_of(from, di, dj));
-        if (cell == cells.end()) continue;
-        for (const std::size_t k : cell->second) {
-          const double off = (tips[k] - from).norm();
-          if (used[k] || !(off < least)) continue;
-          least = off;
-          best = k;
-        }
+    grid.any_near(from, [&](std::size_t k) {
+      const double off = (tips[k] - from).norm();
+      if (!used[k] && off < least) {
+        least = off;
+        best = k;
       }
-    }
+      return false;  // all of them
+    });
     return best;
   };
+  std::vector<std::vector<Vec3>> runs;
   for (std::size_t k = 0; k < tips.size(); ++k) {
     if (used[k]) continue;
     std::vector<Vec3> run;

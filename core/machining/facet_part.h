@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "core/base/base_surface.h"
 #include "core/mesh.h"
@@ -20,6 +21,7 @@ struct FacetPart {
   std::uint32_t facet = 0;   // of whoever made it
   std::optional<Vec3> from;  // a tip from which the cutter comes low enough over all of it
 
+  [[nodiscard]] std::span<const Vec3> corners() const { return {p.data(), size}; }
   [[nodiscard]] Vec3 middle() const;
   [[nodiscard]] double area() const;  // in plan
   [[nodiscard]] PlanBox box() const;

@@ -226,8 +226,7 @@ ReachProof::Answer ReachProof::Search::ask(const FacetPart& part, const Question
   const double R = proof_.cutter_.radius();
   const Asked asked{&part, question, part.box(), part.middle()};
   ++asked_;
-  const double narrow = std::max(sides_.back(), kLeastBox * std::max(asked.box.x1 - asked.box.x0,
-                                                                     asked.box.y1 - asked.box.y0));
+  const double narrow = std::max(sides_.back(), kLeastBox * wider_side(asked.box));
   std::size_t boxes = 0;
   while (!rest.empty()) {
     Box box = rest.back();
@@ -249,9 +248,7 @@ ReachProof::Answer ReachProof::Search::ask(const FacetPart& part, const Question
       const auto low_over = [&](const Vec3& p) {
         return proof_.height(tip, p.head<2>()) - p.z() <= question.low;
       };
-      return low_over(asked.middle) ||
-             std::any_of(part.p.begin(), part.p.begin() + static_cast<std::ptrdiff_t>(part.size),
-                         low_over);
+      return low_over(asked.middle) || std::ranges::any_of(part.corners(), low_over);
     };
     for (const Vec3& tip : {own.tip, own.aside}) {
       if (!low(tip)) continue;

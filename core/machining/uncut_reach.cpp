@@ -29,11 +29,9 @@ double UncutProof::lift(const FacetPart& part, double distance) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2 from = facet.v[k].head<2>(), side = facet.v[(k + 1) % 3].head<2>() - from;
       const double far = distance * side.norm();
-      const bool beside =
-          std::all_of(part.p.begin(), part.p.begin() + static_cast<std::ptrdiff_t>(part.size),
-                      [&](const Vec3& p) {
-                        return side.y() * (p.x() - from.x()) - side.x() * (p.y() - from.y()) > far;
-                      });
+      const bool beside = std::ranges::all_of(part.corners(), [&](const Vec3& p) {
+        return side.y() * (p.x() - from.x()) - side.x() * (p.y() - from.y()) > far;
+      });
       if (beside) return;
     }
     for (const Vec3& v : facet.v) met.p[met.size++] = v;
@@ -56,10 +54,9 @@ double UncutProof::lift(const FacetPart& part, double distance) const {
 }
 
 bool UncutProof::kept_from(const FacetPart& part, const Vec3& tip) const {
-  return std::all_of(part.p.begin(), part.p.begin() + static_cast<std::ptrdiff_t>(part.size),
-                     [&](const Vec3& p) {
-                       return keeps(part.facet, part.facet, p, reach_->height(tip, p.head<2>()));
-                     });
+  return std::ranges::all_of(part.corners(), [&](const Vec3& p) {
+    return keeps(part.facet, part.facet, p, reach_->height(tip, p.head<2>()));
+  });
 }
 
 }  // namespace diesink

@@ -210,8 +210,8 @@ bool GraphMaker::is_star_centre(const CellInfo& info, const TreeCell& c, const V
 bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
                              const std::vector<Item>& items) {
   const PlanBox& b = c.box;
-  const double margin =
-      (c.kind == CellKind::kLeast ? 1.0 : 1e-6) * std::fmax(b.x1 - b.x0, b.y1 - b.y0);
+  const bool least = c.kind == CellKind::kLeast;
+  const double margin = (least ? 1.0 : 1e-6) * std::fmax(b.x1 - b.x0, b.y1 - b.y0);
   // Beyond the cell by rounding; beyond the domain no farther than what counts as its border.
   const PlanBox &low = cell(tree_.roots.front()).box, &high = cell(tree_.roots.back()).box;
   const double near = std::fmin(margin, 64 * surface_.tie);
@@ -231,7 +231,7 @@ bool GraphMaker::join_corner(const CellInfo& info, const TreeCell& c,
   };
   // A corner is one only if every curve that comes in runs through it. (The least cells of all
   // cannot choose.)
-  const bool least = c.kind == CellKind::kLeast, chooses = !least || parts_corners(c, items);
+  const bool chooses = !least || parts_corners(c, items);
   const double off = 1e-9 * surface_.size;
   const auto own_height = [&](const GraphNode& node) {
     const SurfaceRef& r = node.curve.first;

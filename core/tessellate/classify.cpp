@@ -226,23 +226,21 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
     // The apex of a tilted cone on its own silhouette is a body vertex below.
     if (v.kind == CellKind::kArc) return;
   }
-  const LinePairs pairs(v, box, surface.tie);
   using Meeting = LinePairs::Meeting;
-  bool apart = fs.count >= 1;
-  for (int i = 0; i < fs.count && apart; ++i) {
-    apart = fs[i].passes();
-    v.branched = v.branched || !fs[i].regular();
+  Meeting least = fs.count > 0 ? Meeting::kNever : Meeting::kUnknown;  // of any two
+  for (const PlanFunction& f : fs) {
+    if (!f.passes()) least = Meeting::kUnknown;
+    v.branched = v.branched || !f.regular();
   }
-  if (apart && !v.branched && fs.count == 2 && pairs.of(0, 1) != Meeting::kUnknown &&
-      !has_apex(vertices, fs, box)) {
+  const LinePairs pairs(v, box, surface.tie);
+  for (int i = 0; i < fs.count && least != Meeting::kUnknown; ++i) {
+    for (int j = 0; j < i && least != Meeting::kUnknown; ++j)
+      least = std::min(least, pairs.of(j, i));
+  }
+  // Arcs side by side, joined curve by curve, or two that meet.
+  if (least == Meeting::kNever || (least == Meeting::kOnceAtMost && fs.count == 2 && !v.branched &&
+                                   !has_apex(vertices, fs, box))) {
     v.kind = CellKind::kCorner;
-    return;
-  }
-  for (int i = 0; i < fs.count && apart; ++i) {
-    for (int j = 0; j < i && apart; ++j) apart = pairs.of(i, j) == Meeting::kNever;
-  }
-  if (apart) {
-    v.kind = CellKind::kCorner;  // arcs side by side, joined curve by curve
     return;
   }
   v.branched = false;

@@ -138,6 +138,9 @@ class CurveSolver {
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,
                  double& z) const;
 
+  // Of the size: rounding of heights; on a steep face a tie in plan counts by the slope.
+  static constexpr double kOnFace = 1e-10;
+
   const CompoundSurface::Impl* surface_;
   Label base_label_ = kNoLabel;
 };

@@ -83,15 +83,23 @@ TEST(LinePairs, ABarThroughAWallThatLeansByLastDigits) {
   EXPECT_EQ(at.verdict.kind, CellKind::kCorner);
 }
 
-TEST(LinePairs, LinesThatMeetAtNextToNoAngle) {
-  // x = 0, and x + 0.025 x² + 1e-8 y + gap = 0, over 2 by 2.
+// The line x = 0, and the conic 2 x + 0.05 x² = 0, which is it and another far off, over 2 by 2.
+struct LineAndConic {
+  CellBox box{0, 0, 1, 1};
   PlanFunction line, conic;
-  const CellBox box{0, 0, 1, 1};
-  line.exact = conic.exact = true;
-  line.cgx = 1;
-  line.gx = {1, 1};
-  conic.cgx = 2, conic.cgy = 2e-8, conic.hxx = 0.1, conic.bend = 0.05;
-  conic.gx = {1.9, 2.1}, conic.gy = {2e-8, 2e-8};
+
+  LineAndConic() {
+    line.exact = conic.exact = true;
+    line.cgx = 1;
+    line.gx = {1, 1};
+    conic.cgx = 2, conic.hxx = 0.1, conic.bend = 0.05;
+    conic.gx = {1.9, 2.1};
+  }
+};
+
+TEST(LinePairs, LinesThatMeetAtNextToNoAngle) {
+  auto [box, line, conic] = LineAndConic();
+  conic.cgy = 2e-8, conic.gy = {2e-8, 2e-8};
   CellVerdict both;
   both.functions.push(line);
   both.functions.push(conic);
@@ -116,13 +124,7 @@ TEST(LinePairs, LinesThatMeetAtNextToNoAngle) {
 
 TEST(LinePairs, AConicThatFollowsALine) {
   // A silhouette, and the line in which the bar meets a plane through its axis.
-  PlanFunction line, conic;
-  const CellBox box{0, 0, 1, 1};
-  line.exact = conic.exact = true;
-  line.cgx = 1;
-  line.gx = {1, 1};
-  conic.cgx = 2, conic.hxx = 0.1, conic.bend = 0.05;
-  conic.gx = {1.9, 2.1};
+  auto [box, line, conic] = LineAndConic();
   EXPECT_TRUE(same_line(line, conic, box, 1e-12));
   EXPECT_TRUE(same_line(conic, line, box, 1e-12));
   conic.v = 1.4e-11;
