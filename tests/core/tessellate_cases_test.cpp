@@ -172,19 +172,19 @@ TEST(DegenerateDies, ThinEllipsoidsTakeFewTriangles) {
   }
 }
 
-// A line of the grid crosses the common edge of two flush tops just halfway: without a point there
-// a node of the grid beside the edge made a triangle without area.
-TEST(DegenerateDies, FlushTopsAcrossALineOfTheGrid) {
+// Lines of the grid cross the rim of a peg just halfway between two of the places that are looked
+// at: without points there its top ended in a triangle without area.
+TEST(DegenerateDies, LinesOfTheGridCrossARimJustHalfway) {
   ProofOptions options;
   options.tessellation.scheme = MeshScheme::kGrid;
-  EXPECT_EQ(
-      prove(surface_of("SOLID-DEF\nS,4-PRIS,1\nP1,10,90,10\nP2,30,90,10\nP3,30,110,10\n"
-                       "P4,10,110,10\nP5,15,95,20\nP6,25,95,20\nP7,25,105,20\nP8,15,105,20\n" +
-                       box("T", "5,90,10", "20,100,20") +
-                       "BOOLE-DEF\nS+T\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n"
-                       "X-INT,2.5\nY-INT,2.5\nTOLER,.2\n"),
-            options),
-      "");
+  EXPECT_EQ(prove(surface_of("SOLID-DEF\nS,4-PRIS,1\nP1,90,20,0\nP2,110,20,0\nP3,110,40,0\n"
+                             "P4,90,40,0\nP5,95,25,7.5\nP6,105,25,7.5\nP7,105,35,7.5\n"
+                             "P8,95,35,7.5\n" +
+                             cylinder("T", "97.5,47.5,-1.25", "97.5,47.5,1.25", "2.5") +
+                             "BOOLE-DEF\nS+T\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n"
+                             "X-INT,2.5\nY-INT,2.5\nTOLER,.2\n"),
+                  options),
+            "");
 }
 
 // Two walls that touch in a point of the plan, over a slope: what is found of the slope beside the
