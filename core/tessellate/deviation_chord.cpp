@@ -24,6 +24,31 @@ constexpr double kParallel = 1e-9;
 // Second derivatives that are not constant are bounded this far about the chord, of its length.
 constexpr double kMargin = 0.1;
 
+// A form about a chord: F at its ends, its gradient in the middle, second derivatives about it.
+struct Form {
+  double at_a = 0, at_b = 0;
+  Vec3 gradient = Vec3::Zero();
+  HessianBound hessian;
+
+  Form(const Implicit& f, const Vec3& a, const Vec3& b, double margin)
+      : hessian(f.hessian(a, b, margin)) {
+    Vec3 unused;
+    at_a = f.form(a, unused);
+    at_b = f.form(b, unused);
+    f.form(0.5 * (a + b), gradient);
+  }
+
+  // F - part G, on which the common points of F and G lie, too.
+  Form& subtract(double part, const Form& g) {
+    at_a -= part * g.at_a;
+    at_b -= part * g.at_b;
+    gradient -= part * g.gradient;
+    hessian.middle -= part * g.hessian.middle;
+    hessian.spread += std::fabs(part) * g.hessian.spread;
+    return *this;
+  }
+};
+
 // One of the two surfaces about the middle of the chord, scaled so that its gradient there is 1.
 struct Sheet {
   Vec3 gradient = Vec3::Zero();
@@ -33,22 +58,17 @@ struct Sheet {
   double norm = 0;      // |F''|
   double spread = 0;    // of F''
 
-  bool prepare(const Implicit& f, const Vec3& a, const Vec3& b, const Vec3& e, double length) {
-    const Vec3 m = 0.5 * (a + b);
-    Vec3 unused;
-    residual = std::fmax(std::fabs(f.form(a, unused)), std::fabs(f.form(b, unused)));
-    f.form(m, gradient);
-    const double steep = gradient.norm();
-    if (!(steep > 0) || !std::isfinite(residual)) return false;
-    const HessianBound h = f.hessian(a, b, kMargin * length);
-    if (!std::isfinite(h.spread)) return false;
-    const Vec3 he = h.middle * e;
-    gradient /= steep;
+  bool prepare(const Form& f, const Vec3& e) {
+    const double steep = f.gradient.norm();
+    residual = std::fmax(std::fabs(f.at_a), std::fabs(f.at_b));
+    if (!(steep > 0) || !std::isfinite(residual) || !std::isfinite(f.hessian.spread)) return false;
+    const Vec3 he = f.hessian.middle * e;
+    gradient = f.gradient / steep;
     residual /= steep;
     along = e.dot(he) / steep;
     across = (he - e * e.dot(he)).norm() / steep;
-    norm = h.middle.norm() / steep;
-    spread = h.spread / steep;
+    norm = f.hessian.middle.norm() / steep;
+    spread = f.hessian.spread / steep;
     return true;
   }
   // Bounds of what changes between the middle and points within `width` of the chord.
@@ -71,14 +91,22 @@ bool parallel_at(const CurvePair& curve, const Vec3& p) {
   return f.norm() > 0 && g.norm() > 0 && f.cross(g).norm() <= kParallel * f.norm() * g.norm();
 }
 
-double deviation_of(const CurvePair& curve, const Vec3& a, const Vec3& b) {
+// Where the two surfaces are all but parallel, each of their gradients turns as far along the chord
+// as the angle between them is wide. `parted`: in place of G the surface through the same curve whose
+// gradient is square to that of F in the middle, which near a point where quadrics touch is all but a
+// cone with its apex there.
+double deviation_of(const CurvePair& curve, const Vec3& a, const Vec3& b, bool parted = false) {
   const Vec3 chord = b - a;
   const double length = chord.norm();
   const double rounding = 1e-15 * std::fmax(a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff());
   if (!(length > 4 * rounding)) return length + rounding;  // one point to rounding
   const Vec3 e = chord / length;
+  const Form form_f(curve.f, a, b, kMargin * length);
+  Form form_g(curve.g, a, b, kMargin * length);
+  if (parted)
+    form_g.subtract(form_g.gradient.dot(form_f.gradient) / form_f.gradient.squaredNorm(), form_f);
   Sheet f, g;
-  if (!f.prepare(curve.f, a, b, e, length) || !g.prepare(curve.g, a, b, e, length)) return kInf;
+  if (!f.prepare(form_f, e) || !g.prepare(form_g, e)) return kInf;
 
   // M at the middle, in a basis across the chord, and its inverse.
   const Vec3 p =
@@ -148,6 +176,8 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
   if (deviation < kInf) return deviation;
   const double section = section_chord_deviation(curve, a, b);
   if (section < kInf) return section;
+  const double parted = deviation_of(curve, a, b, true);
+  if (parted < kInf) return parted;
   // Near where two quadrics touch, the plane that a branch of their curve lies in still tells it.
   const std::optional<Implicit> plane = pencil_plane(curve.f, curve.g, a, b);
   if (!plane) return deviation;

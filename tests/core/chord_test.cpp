@@ -296,5 +296,33 @@ TEST(Implicit, SilhouettePlaneHoldsLevelNormals) {
   }
 }
 
+// A sphere and a cylinder that touches it from within: their curve crosses itself in the point of
+// contact, where their tangent planes are one. Chords that begin as far from it as they are long have
+// a bound, how near to it they may be; the bound is no less than the curve's distance and not four
+// times as much.
+TEST(ChordDeviation, NearAPointOfContactChordsHaveABoundByTheConeThere) {
+  CurvePair viviani;
+  viviani.f.kind = viviani.g.kind = Implicit::Kind::kQuadric;
+  viviani.f.k = Vec3(0.25, 0.25, 0.25);  // r = 2 about the origin
+  viviani.f.m = -1;
+  viviani.g.c = Vec3(1, 0, 0);
+  viviani.g.k = Vec3(0.5, 0.5, 0);
+  viviani.g.m = -0.5;
+  const auto at = [](double t) {
+    return Vec3(1 + std::cos(t), std::sin(t), 2 * std::sin(0.5 * t));
+  };
+  for (double t = 0.5; t > 1e-4; t *= 0.5) {
+    const Vec3 a = at(t), b = at(2 * t), e = (b - a).normalized();
+    double most = 0;
+    for (int k = 1; k < 200; ++k) {
+      const Vec3 d = at(t * (1 + k / 200.0)) - a;
+      most = std::fmax(most, (d - e * e.dot(d)).norm());
+    }
+    const double bound = chord_deviation(viviani, a, b);
+    EXPECT_GE(bound, most) << t;
+    EXPECT_LE(bound, 4 * most) << t;
+  }
+}
+
 }  // namespace
 }  // namespace diesink::test

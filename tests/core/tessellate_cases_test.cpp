@@ -84,12 +84,8 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   options.tolerance = 0.01;
   const Result<Tessellation> made = tessellate(surface, options);
   ASSERT_TRUE(made);
-  // What is told is the touching of sphere and cylinder, a tenth of a millimetre of wall: no cell.
-  for (const MeshDoubt& doubt : made->report.doubts) {
-    EXPECT_EQ(doubt.what.find("told apart"), std::string::npos) << doubt.what;
-    EXPECT_LE((doubt.place.head<2>() - Vec2(4200, 5000)).norm(), 0.5);
-  }
-  EXPECT_LE(made->report.uncertified_area, 0.01);
+  // What is told is the touching of sphere and cylinder: what a tie there hides of it.
+  EXPECT_LE(made->report.uncertified_area, 1e-6);
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
 
@@ -257,11 +253,8 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
     }
     EXPECT_NEAR(near->report.area, far->report.area, 1e-3 * near->report.area) << name;
     EXPECT_LE(far->report.certified_deviation, given.tolerance) << name;
-    // Of a rim there less than a square decimetre of a hundred square metres.
     // A thousand kilometres away a tie is wider than what parts that wall from that silhouette.
-    const double told_most = name == "TenMetres"                  ? 100
-                             : name == "BarAndBlockOfSixDecimals" ? 1e-6
-                                                                  : 0;
+    const double told_most = name == "BarAndBlockOfSixDecimals" ? 1e-6 : 0;
     EXPECT_LE(near->report.uncertified_area, told_most) << name;
     EXPECT_LE(far->report.uncertified_area, told_most) << name;
     EXPECT_EQ(
