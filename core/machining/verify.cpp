@@ -139,6 +139,258 @@ class MoveCounter {
   Vec3 last_ = Vec3::Zero();
 };
 
+// A verification; its steps in their order, each on what those before it found.
+class PathVerification {
+ public:
+  PathVerification(const CompoundSurface& surface, const TriangleMesh& mesh, double deviation,
+                   const CutterShape& cutter, const PlanLattice& lattice, const PathSource& path,
+                   const VerifyOptions& options)
+      : surface_(surface),
+        mesh_(mesh),
+        deviation_(deviation),
+        cutter_(cutter),
+        lattice_(lattice),
+        path_(path),
+        options_(options),
+        joined_(kJoinedPart * (options.intol + options.outtol)),
+        off_(joined_ + options.path_deviation),
+        heights_(heights_over(surface, lattice, options.threads)),
+        search_(mesh, cutter),
+        swept_(cutter, lattice, heights_.z) {}
+
+  Result<VerifyReport> run() {
+    if (Status done = walk(); !done) return done.error();
+    if (report_.points < 2) return input_error("the path has no move");
+    if (Status done = tell_gouge(); !done) return done.error();
+    const LatticeCheck check(surface_, cutter_, lattice_, heights_, search_, deviation_, options_);
+    limit_ = check.limit();
+    look_at_points(check);
+    if (Status done = look_beside_walls(); !done) return done.error();
+    look_at_cells(check);
+    if (Status done = divide_open_cells(); !done) return done.error();
+    tell_bound();
+    return std::move(report_);
+  }
+
+ private:
+  using Open = RowFindings::Open;
+
+  Status walk();
+  template <class Taker>
+  Status walk_again(Taker& taker);
+  Status tell_gouge();
+  template <class Visit>
+  void each_row(const Visit& visit) const;
+  void look_at_points(const LatticeCheck& check);
+  Status look_beside_walls();
+  void look_at_cells(const LatticeCheck& check);
+  [[nodiscard]] double enough(const Open& cell) const;
+  void settle();
+  void keep_worst(std::size_t most);
+  Status divide_open_cells();
+  void tell_bound();
+
+  const CompoundSurface& surface_;
+  const TriangleMesh& mesh_;
+  double deviation_;
+  CutterShape cutter_;
+  PlanLattice lattice_;
+  const PathSource& path_;
+  const VerifyOptions& options_;
+  double joined_, off_;  // off_: the moves looked at, from the path
+  LatticeHeights heights_;
+  GougeSearch search_;
+  SweptHeights swept_;
+  double limit_ = 0;
+  std::vector<RowFindings> rows_;
+  std::vector<Open> open_;  // cells that are not settled
+  double bound_ = -1;       // of those that are
+  std::size_t cells_ = 0, proven_ = 0;
+  VerifyReport report_;
+};
+
+// Over the path for the first time: gouges into the mesh, what is left, the path's own figures.
+Status PathVerification::walk() {
+  const auto progress = [&](double part) {
+    if (options_.progress) options_.progress(part);
+  };
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Vec3& p : mesh_.positions) top = std::fmax(top, p.z());
+  MoveCounter counter(top, report_);
+  std::size_t moves = 0;
+  progress(0.1);
+  return each_moves(
+      path_, joined_,
+      [&](std::span<const SweepMove> some) {
+        search_.add(some, options_.threads);
+        swept_.cut(some, options_.threads);
+        moves += some.size();
+        progress(0.1 + 0.7 * (1 - 1 / (1 + static_cast<double>(moves) / (4 * kMovesATime))));
+      },
+      [&](std::span<const ClPoint> points) { counter.look(points); });
+}
+
+template <class Taker>
+Status PathVerification::walk_again(Taker& taker) {
+  return each_moves(
+      path_, joined_, [&](std::span<const SweepMove> some) { taker.add(some, options_.threads); },
+      [](std::span<const ClPoint>) {});
+}
+
+Status PathVerification::tell_gouge() {
+  const Gouge gouge = search_.deepest();
+  // Rarely are there points deeper than the mesh knows: then the path is gone over again for them.
+  Gouge on_surface;
+  const TriangleMesh points =
+      gouged_points(lattice_, heights_.z, swept_.heights(), gouge.depth + deviation_);
+  if (!points.triangles.empty()) {
+    GougeSearch again(points, cutter_);
+    if (Status done = walk_again(again); !done) return done;
+    on_surface = again.deepest();
+  }
+  const Gouge& worse = on_surface.depth > gouge.depth ? on_surface : gouge;
+  report_.max_gouge = worse.depth;
+  report_.max_gouge_at = worse.at;
+  report_.bound =
+      std::fmax(0, std::fmax(gouge.bound + deviation_, on_surface.bound) + off_ - worse.depth);
+  return ok();
+}
+
+template <class Visit>
+void PathVerification::each_row(const Visit& visit) const {
+  parallel_blocks(lattice_.rows, 4, options_.threads, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t j = begin; j < end; ++j) visit(j);
+  });
+}
+
+// The map, and what stays at the lattice's points.
+void PathVerification::look_at_points(const LatticeCheck& check) {
+  report_.columns = lattice_.columns;
+  report_.rows = lattice_.rows;
+  report_.spacing = std::fmax(lattice_.dx, lattice_.dy);
+  report_.limit = limit_;
+  report_.height.resize(lattice_.columns * lattice_.rows);
+  report_.state.resize(report_.height.size());
+  rows_.resize(lattice_.rows);
+  each_row([&](std::size_t j) {
+    rows_[j] = check.row(j, swept_, report_.height.data() + j * lattice_.columns,
+                         report_.state.data() + j * lattice_.columns);
+  });
+  std::vector<float> cusps;
+  double excess = -1;
+  for (const RowFindings& row : rows_) {
+    report_.uncut_area += row.uncut * lattice_.dx * lattice_.dy;
+    report_.unreachable_area += row.unreachable * lattice_.dx * lattice_.dy;
+    cusps.insert(cusps.end(), row.cusps.begin(), row.cusps.end());
+    if (row.excess > excess) {
+      excess = row.excess;
+      report_.max_excess_at = row.excess_at;
+    }
+  }
+  report_.max_excess = std::fmax(0, excess);
+  report_.cusp_p50 = percentile(cusps, 0.5);
+  report_.cusp_p99 = percentile(cusps, 0.99);
+  report_.cusp_max = percentile(cusps, 1);
+}
+
+// Over the path again for points whose gouge is shallower than it is straight down.
+Status PathVerification::look_beside_walls() {
+  const std::vector<std::size_t> beside =
+      points_beside_walls(lattice_, heights_.z, swept_.heights(), options_.intol);
+  if (beside.empty()) return ok();
+  std::vector<Vec3> places;
+  for (const std::size_t k : beside) {
+    places.emplace_back(lattice_.x(k % lattice_.columns), lattice_.y(k / lattice_.columns),
+                        heights_.z[k]);
+  }
+  PointDepths depths(cutter_, std::move(places));
+  if (Status done = walk_again(depths); !done) return done;
+  for (std::size_t k = 0; k < beside.size(); ++k) {
+    float& height = report_.height[beside[k]];
+    height = std::fmax(height, -static_cast<float>(depths.depths()[k]));
+  }
+  return ok();
+}
+
+void PathVerification::look_at_cells(const LatticeCheck& check) {
+  const std::vector<float> dips =
+      cell_dips(mesh_, deviation_, lattice_, heights_.z, limit_, options_.threads);
+  each_row([&](std::size_t j) {
+    check.cells(j, swept_, dips, report_, rows_[j], rows_[std::min(j + 1, lattice_.rows - 1)]);
+  });
+  for (const RowFindings& row : rows_) {
+    open_.insert(open_.end(), row.open.begin(), row.open.end());
+    bound_ = std::fmax(bound_, row.bound);
+    cells_ += row.cells;
+    proven_ += row.proven_cells;
+  }
+}
+
+// Of what cannot be within the limit no more is asked than that it is known already; nor of
+// anything, where far more than the limit stays somewhere: the path is not this cutter's, then.
+double PathVerification::enough(const Open& cell) const {
+  const bool clear = report_.max_excess > kClearExcess * limit_;
+  return cell.over || clear ? std::fmax(limit_, report_.max_excess) : limit_;
+}
+
+void PathVerification::settle() {
+  std::erase_if(open_, [&](const Open& cell) {
+    if (cell.bound > enough(cell)) return false;
+    bound_ = std::fmax(bound_, cell.bound);
+    if (cell.bound <= limit_) ++proven_;
+    return true;
+  });
+}
+
+// The others are left with the bounds they have.
+void PathVerification::keep_worst(std::size_t most) {
+  if (open_.size() <= most) return;
+  std::sort(open_.begin(), open_.end(), [](const Open& p, const Open& q) {
+    return p.bound != q.bound ? p.bound > q.bound : p.cell < q.cell;
+  });
+  if (std::isfinite(open_[most].bound)) bound_ = std::fmax(bound_, open_[most].bound);
+  open_.resize(most);
+  std::sort(open_.begin(), open_.end(),
+            [](const Open& p, const Open& q) { return p.cell < q.cell; });
+}
+
+// Cells that are not settled as a whole, at edges most of all, are divided; the worst of them, and
+// the few that are still open with more of the moves.
+Status PathVerification::divide_open_cells() {
+  struct Look {
+    int halvings;
+    std::size_t most;
+  };
+  settle();
+  for (const Look& look : {Look{1, kMostDivided}, Look{3, kMostDividedFinely}}) {
+    keep_worst(look.most);
+    if (open_.empty()) break;
+    std::vector<std::size_t> numbers;
+    std::vector<double> asked;
+    for (const Open& cell : open_) {
+      numbers.push_back(cell.cell);
+      asked.push_back(enough(cell));
+    }
+    CellBounds divided(cutter_, lattice_, std::move(numbers), look.halvings);
+    if (Status done = walk_again(divided); !done) return done;
+    const std::vector<double> least = divided.bounds(mesh_, deviation_, asked, options_.threads);
+    for (std::size_t k = 0; k < open_.size(); ++k) {
+      open_[k].bound = std::fmin(open_[k].bound, least[k]);
+    }
+    settle();
+  }
+  return ok();
+}
+
+void PathVerification::tell_bound() {
+  double bound = bound_;
+  for (const Open& cell : open_) {
+    if (std::isfinite(cell.bound)) bound = std::fmax(bound, cell.bound);
+  }
+  report_.excess_bound = std::fmax(0, bound + off_ - report_.max_excess);
+  report_.proven_part = cells_ > 0 ? static_cast<double>(proven_) / static_cast<double>(cells_) : 0;
+}
+
 }  // namespace
 
 Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleMesh& mesh,
@@ -167,172 +419,9 @@ Result<VerifyReport> verify_path(const CompoundSurface& surface, const TriangleM
     return input_error("a spacing of " + number_text(spacing) +
                        " gives more than 50 million points");
   }
-  const auto progress = [&](double part) {
-    if (options.progress) options.progress(part);
-  };
-  const PlanLattice lattice = lattice_over(machining, spacing);
-  const LatticeHeights heights = heights_over(surface, lattice, options.threads);
-  VerifyReport report;
-  double top = -std::numeric_limits<double>::infinity();
-  for (const Vec3& p : mesh.positions) top = std::fmax(top, p.z());
-
-  const double joined = kJoinedPart * (options.intol + options.outtol);
-  const double off = joined + options.path_deviation;  // the moves looked at, from the path
-  GougeSearch search(mesh, *cutter);
-  SweptHeights swept(*cutter, lattice, heights.z);
-  MoveCounter counter(top, report);
-  std::size_t moves = 0;
-  progress(0.1);
-  Status walked = each_moves(
-      path, joined,
-      [&](std::span<const SweepMove> some) {
-        search.add(some, options.threads);
-        swept.cut(some, options.threads);
-        moves += some.size();
-        progress(0.1 + 0.7 * (1 - 1 / (1 + static_cast<double>(moves) / (4 * kMovesATime))));
-      },
-      [&](std::span<const ClPoint> points) { counter.look(points); });
-  if (!walked) return walked.error();
-  if (report.points < 2) return input_error("the path has no move");
-  const Gouge gouge = search.deepest();
-  // Rarely are there points deeper than the mesh knows: then the path is gone over again for them.
-  Gouge on_surface;
-  const TriangleMesh points =
-      gouged_points(lattice, heights.z, swept.heights(), gouge.depth + deviation);
-  if (!points.triangles.empty()) {
-    GougeSearch again(points, *cutter);
-    walked = each_moves(
-        path, joined, [&](std::span<const SweepMove> some) { again.add(some, options.threads); },
-        [](std::span<const ClPoint>) {});
-    if (!walked) return walked.error();
-    on_surface = again.deepest();
-  }
-  const Gouge& worse = on_surface.depth > gouge.depth ? on_surface : gouge;
-  report.max_gouge = worse.depth;
-  report.max_gouge_at = worse.at;
-  report.bound =
-      std::fmax(0, std::fmax(gouge.bound + deviation, on_surface.bound) + off - worse.depth);
-
-  const std::vector<std::size_t> beside =
-      points_beside_walls(lattice, heights.z, swept.heights(), options.intol);
-  std::vector<Vec3> places;
-  for (const std::size_t k : beside) {
-    places.emplace_back(lattice.x(k % lattice.columns), lattice.y(k / lattice.columns),
-                        heights.z[k]);
-  }
-  PointDepths depths(*cutter, std::move(places));
-  if (!beside.empty()) {
-    walked = each_moves(
-        path, joined, [&](std::span<const SweepMove> some) { depths.add(some, options.threads); },
-        [](std::span<const ClPoint>) {});
-    if (!walked) return walked.error();
-  }
-
-  const LatticeCheck check(surface, *cutter, lattice, heights, search, deviation, options);
-  report.columns = lattice.columns;
-  report.rows = lattice.rows;
-  report.spacing = std::fmax(lattice.dx, lattice.dy);
-  report.limit = check.limit();
-  report.height.resize(lattice.columns * lattice.rows);
-  report.state.resize(report.height.size());
-  std::vector<RowFindings> rows(lattice.rows);
-  const auto each_row = [&](const auto& visit) {
-    parallel_blocks(lattice.rows, 4, options.threads, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t j = begin; j < end; ++j) visit(j);
-    });
-  };
-  each_row([&](std::size_t j) {
-    rows[j] = check.row(j, swept, report.height.data() + j * lattice.columns,
-                        report.state.data() + j * lattice.columns);
-  });
-  for (std::size_t k = 0; k < beside.size(); ++k) {
-    float& height = report.height[beside[k]];
-    height = std::fmax(height, -static_cast<float>(depths.depths()[k]));
-  }
-  std::vector<float> cusps;
-  double excess = -1;
-  for (const RowFindings& row : rows) {
-    report.uncut_area += row.uncut * lattice.dx * lattice.dy;
-    report.unreachable_area += row.unreachable * lattice.dx * lattice.dy;
-    cusps.insert(cusps.end(), row.cusps.begin(), row.cusps.end());
-    if (row.excess > excess) {
-      excess = row.excess;
-      report.max_excess_at = row.excess_at;
-    }
-  }
-  report.max_excess = std::fmax(0, excess);
-  const std::vector<float> dips =
-      cell_dips(mesh, deviation, lattice, heights.z, check.limit(), options.threads);
-  each_row([&](std::size_t j) {
-    check.cells(j, swept, dips, report, rows[j], rows[std::min(j + 1, lattice.rows - 1)]);
-  });
-  // Cells that are not settled as a whole, at edges most of all, are divided; the worst of them,
-  // and the few that are still open with more of the moves.
-  std::vector<RowFindings::Open> open;
-  double bound = -1;
-  std::size_t cells = 0, proven = 0;
-  for (const RowFindings& row : rows) {
-    open.insert(open.end(), row.open.begin(), row.open.end());
-    bound = std::fmax(bound, row.bound);
-    cells += row.cells;
-    proven += row.proven_cells;
-  }
-  // Of what cannot be within the limit no more is asked than that it is known already; nor of
-  // anything, where far more than the limit stays somewhere: the path is not this cutter's, then.
-  const bool clear = report.max_excess > kClearExcess * check.limit();
-  const auto enough = [&](const RowFindings::Open& one) {
-    return one.over || clear ? std::fmax(check.limit(), report.max_excess) : check.limit();
-  };
-  const auto settle = [&] {
-    std::erase_if(open, [&](const RowFindings::Open& one) {
-      if (one.bound > enough(one)) return false;
-      bound = std::fmax(bound, one.bound);
-      if (one.bound <= check.limit()) ++proven;
-      return true;
-    });
-  };
-  settle();
-  struct Look {
-    int halvings;
-    std::size_t most;
-  };
-  for (const Look& look : {Look{1, kMostDivided}, Look{3, kMostDividedFinely}}) {
-    if (open.size() > look.most) {
-      std::sort(open.begin(), open.end(), [](const auto& p, const auto& q) {
-        return p.bound != q.bound ? p.bound > q.bound : p.cell < q.cell;
-      });
-      if (std::isfinite(open[look.most].bound)) bound = std::fmax(bound, open[look.most].bound);
-      open.resize(look.most);
-      std::sort(open.begin(), open.end(),
-                [](const auto& p, const auto& q) { return p.cell < q.cell; });
-    }
-    if (open.empty()) break;
-    std::vector<std::size_t> numbers;
-    std::vector<double> asked;
-    for (const RowFindings::Open& one : open) {
-      numbers.push_back(one.cell);
-      asked.push_back(enough(one));
-    }
-    CellBounds divided(*cutter, lattice, std::move(numbers), look.halvings);
-    walked = each_moves(
-        path, joined, [&](std::span<const SweepMove> some) { divided.add(some, options.threads); },
-        [](std::span<const ClPoint>) {});
-    if (!walked) return walked.error();
-    const std::vector<double> least = divided.bounds(mesh, deviation, asked, options.threads);
-    for (std::size_t k = 0; k < open.size(); ++k) {
-      open[k].bound = std::fmin(open[k].bound, least[k]);
-    }
-    settle();
-  }
-  for (const RowFindings::Open& one : open) {
-    if (std::isfinite(one.bound)) bound = std::fmax(bound, one.bound);
-  }
-  report.excess_bound = std::fmax(0, bound + off - report.max_excess);
-  report.proven_part = cells > 0 ? static_cast<double>(proven) / static_cast<double>(cells) : 0;
-  report.cusp_p50 = percentile(cusps, 0.5);
-  report.cusp_p99 = percentile(cusps, 0.99);
-  report.cusp_max = percentile(cusps, 1);
-  return report;
+  return PathVerification(surface, mesh, deviation, *cutter, lattice_over(machining, spacing), path,
+                          options)
+      .run();
 }
 
 }  // namespace diesink
