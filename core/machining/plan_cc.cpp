@@ -7,9 +7,9 @@
 #include <memory>
 #include <optional>
 
-#include "core/base/ferguson.h"
 #include "core/machining/closing_runs.h"
 #include "core/machining/interference.h"
+#include "core/machining/pass_family.h"
 #include "core/machining/path_interval.h"
 #include "core/machining/path_links.h"
 #include "core/machining/run_order.h"
@@ -25,75 +25,6 @@ constexpr double kSteepest = 0.17364817766693033;  // as plan_drop.cpp: slopes o
 constexpr std::size_t kMostPasses = 200'000;
 
 Error input_error(std::string message) { return {ErrorCode::kInput, std::move(message), {}}; }
-
-// The passes of one path: numbered by a position that grows from `first` to `last`.
-class PassFamily {
- public:
-  virtual ~PassFamily() = default;
-  [[nodiscard]] virtual double first() const = 0;
-  [[nodiscard]] virtual double last() const = 0;
-  [[nodiscard]] virtual PlanCurve curve(double position) const = 0;
-  // Step of the position whose pass lies `distance` away, square to the pass, at a point of it.
-  [[nodiscard]] virtual double step(double position, double s, double distance) const = 0;
-};
-
-class StraightPasses final : public PassFamily {
- public:
-  StraightPasses(const Machining& m, double angle)
-      : along_(std::cos(angle), std::sin(angle)), square_(-along_.y(), along_.x()) {
-    if (std::fabs(along_.x()) < 1e-15) along_.x() = square_.y() = 0;
-    if (std::fabs(along_.y()) < 1e-15) along_.y() = square_.x() = 0;
-    for (const double x : m.x_range) {
-      for (const double y : m.y_range) {
-        const Vec2 p(x, y);
-        first_ = std::fmin(first_, p.dot(square_));
-        last_ = std::fmax(last_, p.dot(square_));
-        low_ = std::fmin(low_, p.dot(along_));
-        high_ = std::fmax(high_, p.dot(along_));
-      }
-    }
-  }
-  [[nodiscard]] double first() const override { return first_; }
-  [[nodiscard]] double last() const override { return last_; }
-  [[nodiscard]] PlanCurve curve(double position) const override {
-    return [this, position](double s) -> Vec2 {
-      return (low_ + s * (high_ - low_)) * along_ + position * square_;
-    };
-  }
-  [[nodiscard]] double step(double, double, double distance) const override { return distance; }
-
- private:
-  Vec2 along_, square_;
-  double first_ = 1e300, last_ = -1e300, low_ = 1e300, high_ = -1e300;
-};
-
-class IsoparametricPasses final : public PassFamily {
- public:
-  IsoparametricPasses(const FergusonSurface& base, bool along_u)
-      : base_(&base), along_u_(along_u) {}
-  [[nodiscard]] double first() const override { return 0; }
-  [[nodiscard]] double last() const override {
-    return (along_u_ ? base_->rows() : base_->columns()) - 1;
-  }
-  [[nodiscard]] PlanCurve curve(double position) const override {
-    return [this, position](double s) -> Vec2 { return at(position, s).r.head<2>(); };
-  }
-  [[nodiscard]] double step(double position, double s, double distance) const override {
-    const FergusonSurface::Point p = at(position, s);
-    const Vec2 along = (along_u_ ? p.ru : p.rv).head<2>(),
-               across = (along_u_ ? p.rv : p.ru).head<2>();
-    const double square = std::fabs(along.x() * across.y() - along.y() * across.x()) / along.norm();
-    return distance / square;
-  }
-
- private:
-  [[nodiscard]] FergusonSurface::Point at(double position, double s) const {
-    const double along = s * ((along_u_ ? base_->columns() : base_->rows()) - 1);
-    return along_u_ ? base_->point(along, position) : base_->point(position, along);
-  }
-  const FergusonSurface* base_;
-  bool along_u_;
-};
 
 // Curvature of the surface along its tangent e at a contact, from the normals a little to both
 // sides; 0 where they lie on other faces.
@@ -112,6 +43,259 @@ double curvature_at(const CompoundSurface& surface, const CcSample& at, const Ve
   return length > 0 ? (b->n - a->n).dot(chord) / (length * length) : 0;
 }
 
+// INTOL pays for the mesh, the controller's blending and the moves; where it is too small for that,
+// a cutter larger all round by `grow` is used in place of the real one.
+struct Allowance {
+  double blend = 0, grow = 0;
+  double tolerance = 0;  // of the moves
+};
+
+Allowance allowance_of(const PathOptions& options, double deviation) {
+  Allowance all;
+  all.blend = kBlendPart * std::fmin(options.intol, options.outtol);
+  const double sum = options.intol + options.outtol;
+  all.grow = std::fmax(0, deviation + all.blend + sum / 32 - options.intol);
+  all.tolerance = options.intol + all.grow - deviation - all.blend;
+  return all;
+}
+
+using Stretches = std::vector<std::vector<CcSample>>;
+
+class CcPlanner {
+ public:
+  // Needs: all but `head` outlive it.
+  CcPlanner(const CompoundSurface& surface, const TriangleMesh& mesh, double deviation,
+            const PathOptions& options, const CutterShape& real, const Allowance& allowance,
+            const PassFamily& family, ToolPath head, PathReceiver& receiver)
+      : surface_(surface),
+        mesh_(mesh),
+        deviation_(deviation),
+        options_(options),
+        real_(real),
+        cutter_(*CutterShape::make(
+            {2 * (real.radius() + allowance.grow), real.corner() + allowance.grow})),
+        family_(family),
+        grow_(allowance.grow),
+        tolerance_(allowance.tolerance),
+        blend_(allowance.blend),
+        level_(options.interval
+                   ? *options.interval
+                   : cusp_interval(std::fmax(cutter_.corner(), *options.cusp), 0, *options.cusp)),
+        inside_(std::fmax(options.intol, 1e-3 * options.outtol)),
+        outside_(std::fmax(options.outtol, 1e-3 * options.intol)),
+        head_(std::move(head)),
+        offset_(mesh, cutter_, 0),
+        drop_(offset_),
+        tops_(offset_, cutter_.radius() / 4),
+        stream_(offset_, head_, receiver, report_),
+        joiner_(tops_, grow_, head_.clearance, 2 * level_ + cutter_.radius(), stream_),
+        profile_(offset_, drop_, tolerance_ / 16) {}
+  CcPlanner(const CcPlanner&) = delete;
+  CcPlanner& operator=(const CcPlanner&) = delete;
+
+  Result<PathReport> run() {
+    if (!options_.interval && !options_.keep_interference) {
+      joiner_.follow(profile_, tolerance_);
+      watch_what_is_left();
+    }
+    if (const Status done = cut_passes(); !done) return done.error();
+    if (left_ && !stream_.failed()) {
+      cut_along_walls();
+      close_what_is_left();
+    }
+    joiner_.finish();
+    if (const Status done = stream_.finish(); !done) return done.error();
+    report_.mesh_deviation = deviation_;
+    report_.overcut_bound = options_.keep_interference
+                                ? 0
+                                : std::fmax(worst_, tolerance_) - grow_ + deviation_ + blend_;
+    report_.loops_removed = counts_.loops;
+    report_.crossings_inserted = counts_.crossings;
+    return report_;
+  }
+
+ private:
+  void watch_what_is_left();
+  [[nodiscard]] std::optional<double> interval_at(const PlanCurve& curve,
+                                                  const std::vector<CcSample>& stretch,
+                                                  std::size_t k) const;
+  [[nodiscard]] double step_after(double position, const PlanCurve& curve,
+                                  const Stretches& stretches) const;
+  void tell_contacts(const std::vector<CcSample>& stretch) const;
+  bool cut_pass(const Stretches& stretches, bool forward);
+  Status cut_passes();
+  void cut_along_walls();
+  void close_what_is_left();
+
+  const CompoundSurface& surface_;
+  const TriangleMesh& mesh_;
+  double deviation_;
+  const PathOptions& options_;
+  const CutterShape& real_;
+  CutterShape cutter_;
+  const PassFamily& family_;
+  double grow_, tolerance_, blend_;
+  double level_;             // the interval on level ground
+  double inside_, outside_;  // of the CC-data: chords under and over the surface
+  ToolPath head_;
+  OffsetSurface offset_;
+  PointDrop drop_;
+  TopGrid tops_;
+  PathReport report_;
+  PathStream stream_;
+  PathJoiner joiner_;
+  SegmentProfile profile_;
+  std::optional<FrameDomain> frame_;
+  std::optional<LeftOver> left_;
+  std::optional<ReachProof> reach_;
+  std::optional<UncutProof> proof_;
+  InterferenceCounts counts_;
+  double worst_ = 0;  // how deep a move goes under the offset surface
+};
+
+// What stays beside concave edges and on the far sides of contacts is seen where it is left.
+void CcPlanner::watch_what_is_left() {
+  const Machining& machining = surface_.program().machining;
+  const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
+                                     machining.y_range[0], machining.y_range[1]};
+  const double limit = options_.outtol + *options_.cusp;
+  frame_.emplace(offset_, domain);
+  left_.emplace(surface_, offset_, drop_, real_, *frame_, left_over_limits(limit),
+                real_.radius() / kLatticePart, options_.threads);
+  if (deviation_ < limit) {
+    proof_.emplace(mesh_, offset_, real_, *frame_, limit - deviation_, options_.threads);
+    reach_.emplace(surface_, offset_, drop_, real_, *frame_, deviation_);
+    proof_->tell_reach(*reach_, out_of_reach(options_.outtol, limit) + deviation_);
+  }
+  stream_.watch([this](const Vec3& from, const Vec3& to) {
+    left_->cut(from, to);
+    if (proof_) proof_->cut(from, to);
+  });
+}
+
+// In plan, square to the pass, to where the next may run for the cusp height at one contact;
+// nothing where the pass has no direction.
+std::optional<double> CcPlanner::interval_at(const PlanCurve& curve,
+                                             const std::vector<CcSample>& stretch,
+                                             std::size_t k) const {
+  const CcSample& sample = stretch[k];
+  const CcSample& other = stretch[k + 1 < stretch.size() ? k + 1 : k > 0 ? k - 1 : k];
+  Vec2 along = curve(std::fmin(1, sample.s + 1e-6)) - curve(std::fmax(0, sample.s - 1e-6));
+  if (!(along.norm() > 0)) along = (other.contact.p - sample.contact.p).head<2>();
+  if (!(along.norm() > 0)) return std::nullopt;
+  along.normalize();
+  const double R = cutter_.radius(), cusp = *options_.cusp;
+  const Vec3 n = sample.contact.n.z() > 1e-9 ? sample.contact.n : Vec3(Vec3::UnitZ());
+  const double curvature = curvature_at(surface_, sample, across_of(n, along), R / 64);
+  // On ground that is level across the pass the disk's own width leaves nothing. On slopes its
+  // sharp corner leaves triangles, for which a corner of a cusp height counts.
+  const double on_surface = cusp_interval(std::fmax(cutter_.corner(), cusp), curvature, cusp);
+  const bool flat =
+      cutter_.corner() < cusp && std::fabs(across_of(n, along).z()) < 1e-9 && curvature == 0;
+  const double wide =
+      flat ? 2 * cutter_.flat() : plan_interval(std::fmin(on_surface, 2 * R), n, along);
+  return std::clamp(wide, kSteepest * level_, 2 * R);
+}
+
+// How far the position of the next pass may lie from this one's.
+double CcPlanner::step_after(double position, const PlanCurve& curve,
+                             const Stretches& stretches) const {
+  // A pass over nothing, at a corner of the domain or in a hole, says nothing of the next.
+  double step = stretches.empty() ? level_ : family_.last() - family_.first();
+  for (const std::vector<CcSample>& stretch : stretches) {
+    if (stretch.size() < 2) step = std::fmin(step, level_);
+    for (std::size_t k = 0; k < stretch.size(); ++k) {
+      const std::optional<double> distance =
+          options_.interval ? level_ : interval_at(curve, stretch, k);
+      if (distance) step = std::fmin(step, family_.step(position, stretch[k].s, *distance));
+    }
+  }
+  return step;
+}
+
+void CcPlanner::tell_contacts(const std::vector<CcSample>& stretch) const {
+  if (!options_.cc_pass) return;
+  std::vector<CcContact> contacts;
+  contacts.reserve(stretch.size());
+  for (const CcSample& sample : stretch) contacts.push_back(sample.contact);
+  options_.cc_pass(contacts);
+}
+
+// False where no stretch has anything to cut.
+bool CcPlanner::cut_pass(const Stretches& stretches, bool forward) {
+  bool cut = false;
+  for (std::size_t k = 0; k < stretches.size(); ++k) {
+    const std::vector<CcSample>& stretch = stretches[forward ? k : stretches.size() - 1 - k];
+    tell_contacts(stretch);
+    std::vector<Vec3> tips = tips_of(cutter_, stretch, inside_);
+    if (!options_.keep_interference) {
+      worst_ = std::fmax(worst_, without_interference(tips, drop_, profile_, tolerance_, counts_));
+    }
+    if (tips.empty()) continue;
+    for (Vec3& tip : tips) tip.z() += grow_;
+    if (!forward) std::reverse(tips.begin(), tips.end());
+    joiner_.cut(tips, cut || options_.pattern == PathPattern::kOneway);
+    cut = true;
+  }
+  return cut;
+}
+
+Status CcPlanner::cut_passes() {
+  const double spacing = std::fmin(surface_.program().machining.x_interval, cutter_.radius() / 2);
+  double position = family_.first();
+  double least = 0, widest = 0;
+  bool forward = true;
+  for (std::size_t pass = 0; !stream_.failed(); ++pass) {
+    if (pass == kMostPasses) return input_error("more than 200000 passes");
+    const PlanCurve curve = family_.curve(position);
+    const Stretches stretches =
+        cc_pass(surface_, curve, cutter_.radius(), spacing, inside_, outside_);
+    if (cut_pass(stretches, forward)) {
+      ++report_.passes;
+      if (options_.pattern == PathPattern::kZigzag) forward = !forward;
+    }
+    if (position >= family_.last()) break;
+    const double next =
+        std::fmin(position + step_after(position, curve, stretches), family_.last());
+    const double distance = next - position;
+    least = least > 0 ? std::fmin(least, distance) : distance;
+    widest = std::fmax(widest, distance);
+    position = next;
+  }
+  report_.least_interval = least;
+  report_.greatest_interval = widest;
+  return ok();
+}
+
+// Upright walls have no contacts over a point of the plane.
+void CcPlanner::cut_along_walls() {
+  WallRunOptions walls;
+  walls.below = tolerance_ / 2;
+  walls.above = options_.outtol / 4;
+  walls.chord = tolerance_ / 16;
+  walls.least_depth = options_.outtol;
+  walls.domain = frame_->corners();
+  std::vector<AddedRun> along_walls;
+  for (std::vector<Vec3>& run : wall_runs(mesh_, offset_, drop_, walls)) {
+    ++report_.wall_runs;
+    for (Vec3& tip : run) tip.z() += grow_;
+    along_walls.push_back({run.front().y(), std::move(run)});
+  }
+  cut_nearest_first(std::move(along_walls), options_.pattern == PathPattern::kOneway, stream_,
+                    joiner_);
+}
+
+void CcPlanner::close_what_is_left() {
+  const ClosingOptions closing{tolerance_, options_.outtol / 4, grow_,
+                               options_.pattern == PathPattern::kOneway, options_.threads};
+  worst_ = std::fmax(worst_, close_left_over(*left_, profile_, closing, stream_, joiner_, report_));
+  tell_left_over(*left_, report_);
+  if (proof_) {
+    worst_ = std::fmax(
+        worst_, close_unproven(*proof_, *left_, profile_, closing, stream_, joiner_, report_));
+  }
+}
+
 }  // namespace
 
 Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMesh& mesh,
@@ -119,186 +303,22 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
                                 PathReceiver& receiver) {
   const Result<CutterShape> real = CutterShape::make(options.cutter);
   if (!real) return real.error();
-  // INTOL pays for the mesh, the controller's blending and the moves; where it is too small for
-  // that, a cutter larger all round is used in place of the real one.
-  const double blend = kBlendPart * std::fmin(options.intol, options.outtol);
-  const double sum = options.intol + options.outtol;
-  const double grow = std::fmax(0, deviation + blend + sum / 32 - options.intol);
-  const double tolerance = options.intol + grow - deviation - blend;
-  const CutterShape cutter =
-      *CutterShape::make({2 * (real->radius() + grow), real->corner() + grow});
-  const PartProgram& program = surface.program();
-  const Machining& machining = program.machining;
-
-  std::unique_ptr<PassFamily> family;
-  std::optional<Result<FergusonSurface>> base;
-  if (options.along == PathAlong::kAngle) {
-    family = std::make_unique<StraightPasses>(machining, options.angle);
-  } else {
-    const FergusonBase* grid = std::get_if<FergusonBase>(&program.base);
-    if (grid == nullptr) {
-      return Error{ErrorCode::kInput, "paths along u or v need a Ferguson base surface", {}};
-    }
-    base.emplace(FergusonSurface::make(*grid));
-    if (!*base) return base->error();
-    family = std::make_unique<IsoparametricPasses>(**base, options.along == PathAlong::kU);
-  }
-
-  const OffsetSurface offset(mesh, cutter, 0);
-  const PointDrop drop(offset);
+  const Result<std::unique_ptr<PassFamily>> family = make_pass_family(surface.program(), options);
+  if (!family) return family.error();
+  const Allowance allowance = allowance_of(options, deviation);
   double top = kNoContact;
   for (const Vec3& p : mesh.positions) top = std::fmax(top, p.z());
-  const double clearance = options.clearance.value_or(top + options.cutter.diameter);
-  if (!(clearance > top + grow)) {
-    return input_error("the clearance plane " + number_text(clearance) +
-                       " must lie above the surface, whose highest point is " + number_text(top));
-  }
-
-  const double R = cutter.radius();
-  const double spacing = std::fmin(machining.x_interval, R / 2);
-  const double level =
-      options.interval ? *options.interval
-                       : cusp_interval(std::fmax(cutter.corner(), *options.cusp), 0, *options.cusp);
-  const TopGrid tops(offset, R / 4);
   head.cutter = options.cutter;
   head.intol = options.intol;
   head.outtol = options.outtol;
-  head.clearance = clearance;
-  PathReport report;
-  PathStream stream(offset, head, receiver, report);
-  PathJoiner joiner(tops, grow, clearance, 2 * level + R, stream);
-  SegmentProfile profile(offset, drop, tolerance / 16);
-  if (!options.interval && !options.keep_interference) joiner.follow(profile, tolerance);
-  // What stays beside concave edges and on the far sides of contacts is seen where it is left.
-  std::optional<LeftOver> left;
-  std::optional<FrameDomain> frame;
-  std::optional<ReachProof> reach;
-  std::optional<UncutProof> proof;
-  if (!options.interval && !options.keep_interference) {
-    const std::array<double, 4> domain{machining.x_range[0], machining.x_range[1],
-                                       machining.y_range[0], machining.y_range[1]};
-    const double limit = options.outtol + *options.cusp;
-    frame.emplace(offset, domain);
-    left.emplace(surface, offset, drop, *real, *frame, left_over_limits(limit),
-                 real->radius() / kLatticePart, options.threads);
-    if (deviation < limit) {
-      proof.emplace(mesh, offset, *real, *frame, limit - deviation, options.threads);
-      reach.emplace(surface, offset, drop, *real, *frame, deviation);
-      proof->tell_reach(*reach, out_of_reach(options.outtol, limit) + deviation);
-    }
-    stream.watch([&](const Vec3& from, const Vec3& to) {
-      left->cut(from, to);
-      if (proof) proof->cut(from, to);
-    });
+  head.clearance = options.clearance.value_or(top + options.cutter.diameter);
+  if (!(head.clearance > top + allowance.grow)) {
+    return input_error("the clearance plane " + number_text(head.clearance) +
+                       " must lie above the surface, whose highest point is " + number_text(top));
   }
-  InterferenceCounts counts;
-  const double inside = std::fmax(options.intol, 1e-3 * options.outtol);
-  double worst = 0;
-  double position = family->first();
-  double least = 0, widest = 0;
-  bool forward = true;
-  std::vector<CcContact> contacts;
-  for (std::size_t pass = 0;; ++pass) {
-    if (pass == kMostPasses) return input_error("more than 200000 passes");
-    const PlanCurve curve = family->curve(position);
-    const std::vector<std::vector<CcSample>> stretches = cc_pass(
-        surface, curve, R, spacing, inside, std::fmax(options.outtol, 1e-3 * options.intol));
-    // A pass over nothing, at a corner of the domain or in a hole, says nothing of the next.
-    double step = stretches.empty() ? level : family->last() - family->first();
-    for (const std::vector<CcSample>& stretch : stretches) {
-      if (stretch.size() < 2) step = std::fmin(step, level);
-      for (std::size_t k = 0; k < stretch.size(); ++k) {
-        const CcSample& sample = stretch[k];
-        double distance = level;
-        if (!options.interval) {
-          const CcSample& other = stretch[k + 1 < stretch.size() ? k + 1 : k > 0 ? k - 1 : k];
-          Vec2 along = curve(std::fmin(1, sample.s + 1e-6)) - curve(std::fmax(0, sample.s - 1e-6));
-          if (!(along.norm() > 0)) along = (other.contact.p - sample.contact.p).head<2>();
-          if (!(along.norm() > 0)) continue;
-          along.normalize();
-          const Vec3 n = sample.contact.n.z() > 1e-9 ? sample.contact.n : Vec3(Vec3::UnitZ());
-          const double curvature = curvature_at(surface, sample, across_of(n, along), R / 64);
-          // On ground that is level across the pass the disk's own width leaves nothing. On slopes
-          // its sharp corner leaves triangles, for which a corner of a cusp height counts.
-          const double corner = std::fmax(cutter.corner(), *options.cusp);
-          const double on_surface = cusp_interval(corner, curvature, *options.cusp);
-          const bool flat = cutter.corner() < *options.cusp &&
-                            std::fabs(across_of(n, along).z()) < 1e-9 && curvature == 0;
-          const double wide =
-              flat ? 2 * cutter.flat() : plan_interval(std::fmin(on_surface, 2 * R), n, along);
-          distance = std::clamp(wide, kSteepest * level, 2 * R);
-        }
-        step = std::fmin(step, family->step(position, sample.s, distance));
-      }
-    }
-
-    if (stream.failed()) break;
-    bool cut = false;
-    const auto count = static_cast<std::ptrdiff_t>(stretches.size());
-    for (std::ptrdiff_t k = 0; k < count; ++k) {
-      const std::vector<CcSample>& stretch =
-          stretches[static_cast<std::size_t>(forward ? k : count - 1 - k)];
-      if (options.cc_pass) {
-        contacts.clear();
-        for (const CcSample& sample : stretch) contacts.push_back(sample.contact);
-        options.cc_pass(contacts);
-      }
-      std::vector<Vec3> tips = tips_of(cutter, stretch, inside);
-      if (!options.keep_interference) {
-        worst = std::fmax(worst, without_interference(tips, drop, profile, tolerance, counts));
-      }
-      if (tips.empty()) continue;
-      for (Vec3& tip : tips) tip.z() += grow;
-      if (!forward) std::reverse(tips.begin(), tips.end());
-      joiner.cut(tips, cut || options.pattern == PathPattern::kOneway);
-      cut = true;
-    }
-    if (cut) {
-      ++report.passes;
-      if (options.pattern == PathPattern::kZigzag) forward = !forward;
-    }
-    if (position >= family->last()) break;
-    const double next = std::fmin(position + step, family->last());
-    const double distance = next - position;
-    least = least > 0 ? std::fmin(least, distance) : distance;
-    widest = std::fmax(widest, distance);
-    position = next;
-  }
-  if (left && !stream.failed()) {
-    // Upright walls have no contacts over a point of the plane.
-    WallRunOptions walls;
-    walls.below = tolerance / 2;
-    walls.above = options.outtol / 4;
-    walls.chord = tolerance / 16;
-    walls.least_depth = options.outtol;
-    walls.domain = frame->corners();
-    std::vector<AddedRun> along_walls;
-    for (std::vector<Vec3>& run : wall_runs(mesh, offset, drop, walls)) {
-      ++report.wall_runs;
-      for (Vec3& tip : run) tip.z() += grow;
-      along_walls.push_back({run.front().y(), std::move(run)});
-    }
-    cut_nearest_first(std::move(along_walls), options.pattern == PathPattern::kOneway, stream,
-                      joiner);
-    const ClosingOptions closing{tolerance, options.outtol / 4, grow,
-                                 options.pattern == PathPattern::kOneway, options.threads};
-    worst = std::fmax(worst, close_left_over(*left, profile, closing, stream, joiner, report));
-    tell_left_over(*left, report);
-    if (proof) {
-      worst =
-          std::fmax(worst, close_unproven(*proof, *left, profile, closing, stream, joiner, report));
-    }
-  }
-  joiner.finish();
-  if (const Status done = stream.finish(); !done) return done.error();
-  report.least_interval = least;
-  report.greatest_interval = widest;
-  report.mesh_deviation = deviation;
-  report.overcut_bound =
-      options.keep_interference ? 0 : std::fmax(worst, tolerance) - grow + deviation + blend;
-  report.loops_removed = counts.loops;
-  report.crossings_inserted = counts.crossings;
-  return report;
+  return CcPlanner(surface, mesh, deviation, options, *real, allowance, **family, std::move(head),
+                   receiver)
+      .run();
 }
 
 }  // namespace diesink
