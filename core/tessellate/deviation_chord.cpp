@@ -92,9 +92,9 @@ bool parallel_at(const CurvePair& curve, const Vec3& p) {
 }
 
 // Where the two surfaces are all but parallel, each of their gradients turns as far along the chord
-// as the angle between them is wide. `parted`: in place of G the surface through the same curve whose
-// gradient is square to that of F in the middle, which near a point where quadrics touch is all but a
-// cone with its apex there.
+// as the angle between them is wide. `parted`: in place of G the surface through the same curve
+// whose gradient is square to that of F in the middle, which near a point where quadrics touch is
+// all but a cone with its apex there.
 double deviation_of(const CurvePair& curve, const Vec3& a, const Vec3& b, bool parted = false) {
   const Vec3 chord = b - a;
   const double length = chord.norm();

@@ -297,9 +297,9 @@ TEST(Implicit, SilhouettePlaneHoldsLevelNormals) {
 }
 
 // A sphere and a cylinder that touches it from within: their curve crosses itself in the point of
-// contact, where their tangent planes are one. Chords that begin as far from it as they are long have
-// a bound, how near to it they may be; the bound is no less than the curve's distance and not four
-// times as much.
+// contact, where their tangent planes are one. Chords that begin as far from it as they are long
+// have a bound, how near to it they may be; the bound is no less than the curve's distance and not
+// four times as much.
 TEST(ChordDeviation, NearAPointOfContactChordsHaveABoundByTheConeThere) {
   CurvePair viviani;
   viviani.f.kind = viviani.g.kind = Implicit::Kind::kQuadric;
