@@ -86,16 +86,19 @@ struct CompoundSurface::Impl {
     return evaluate(index.at(x, y), x, y);
   }
   // The same for a mesh: with the face's label by its first row, and where two faces touch and do
-  // not cross, a tie goes to the one that is beyond the other on both sides of where they touch.
+  // not cross, a tie goes to the one that is beyond the other on both sides of where they touch. (A
+  // side that reaches through a plane by no more than kLineSlack ties touches it: given to last
+  // digits, a bar along a leaning side does that for millimetres.)
   [[nodiscard]] LineState evaluate_face(double x, double y) const;
   [[nodiscard]] Label face_label(Label label) const {
     if (label == kNoLabel) return label;
     const CompoundStep& step = steps[step_of_row[static_cast<std::size_t>(row_of(label))]];
     return make_label(step.first_row, static_cast<std::uint32_t>(face_of(label)));
   }
-  // Of two faces within a tie of one another over (x, y), f is nowhere below g, because the one
-  // touches the other and does not cross it.
-  [[nodiscard]] bool touches_from_above(Label f, Label g, double x, double y) const;
+  // Of two faces within kLineSlack ties of one another over (x, y), f is nowhere below g, because the
+  // one touches the other and does not cross it. `planes_alone`: where one of the two is a plane.
+  [[nodiscard]] bool touches_from_above(Label f, Label g, double x, double y,
+                                        bool planes_alone) const;
   // Unit upward normal of the label's own surface at a point of it.
   [[nodiscard]] Vec3 normal(Label label, const Vec3& point) const;
 };

@@ -248,13 +248,19 @@ bool CompoundSurface::Impl::base_at(double x, double y, BaseHit& hit) const {
 
 namespace {
 
-// Equation (5) over one line. `outlasts(newer, older)` decides ties: true where the newer term
-// takes the point.
-template <class Outlasts>
+// Equation (5) over one line. `outlasts(newer, older)` is asked where the two are a tie or less apart:
+// true where the newer term takes the point. `grazes(newer, older)` is asked where the newer one is
+// ahead by more, but no more than kLineSlack ties: true where that is rounding, and the older stays.
+template <class Outlasts, class Grazes>
 LineState evaluate_by(const CompoundSurface::Impl& surface,
                       std::span<const std::uint32_t> steps_here, double x, double y,
-                      const Outlasts& outlasts) {
+                      const Outlasts& outlasts, const Grazes& grazes) {
   const double tie = surface.tie;
+  const auto takes = [&](double ahead, const LineState& newer, const LineState& older) {
+    if (ahead > kLineSlack * tie) return true;
+    if (ahead > tie) return !grazes(newer, older);
+    return ahead >= -tie && outlasts(newer, older);
+  };
   LineState stack[kMaxNesting + 1];
   std::size_t depth = 0;
   LineState state;
@@ -275,7 +281,7 @@ LineState evaluate_by(const CompoundSurface::Impl& surface,
                  : LineState{hit.lower, make_label(step.row, hit.lower_face)};
       }
       if (!plus) {
-        if (e.z < state.z - tie || (e.z <= state.z + tie && outlasts(e, state))) state = e;
+        if (takes(state.z - e.z, e, state)) state = e;
         continue;
       }
     } else if (step.kind == BooleanStep::Kind::kGroupOpen) {
@@ -287,9 +293,7 @@ LineState evaluate_by(const CompoundSurface::Impl& surface,
       state = stack[--depth];
       if (e.label == kNoLabel) continue;
     }
-    if (state.label == kNoLabel || e.z > state.z + tie ||
-        (e.z >= state.z - tie && outlasts(e, state)))
-      state = e;
+    if (state.label == kNoLabel || takes(e.z - state.z, e, state)) state = e;
   }
   return state;
 }
@@ -298,23 +302,30 @@ LineState evaluate_by(const CompoundSurface::Impl& surface,
 
 LineState CompoundSurface::Impl::evaluate(std::span<const std::uint32_t> steps_here, double x,
                                           double y) const {
-  return evaluate_by(*this, steps_here, x, y,
-                     [](const LineState&, const LineState&) { return false; });
+  const auto never = [](const LineState&, const LineState&) { return false; };
+  return evaluate_by(*this, steps_here, x, y, never, never);
 }
 
 LineState CompoundSurface::Impl::evaluate_face(double x, double y) const {
-  LineState state =
-      evaluate_by(*this, index.at(x, y), x, y, [&](const LineState& newer, const LineState& older) {
-        const bool plus =
-            steps[step_of_row[static_cast<std::size_t>(row_of(newer.label))]].sign == Sign::kPlus;
-        return plus ? touches_from_above(newer.label, older.label, x, y)
-                    : touches_from_above(older.label, newer.label, x, y);
+  const auto is_plus = [&](Label label) {
+    return steps[step_of_row[static_cast<std::size_t>(row_of(label))]].sign == Sign::kPlus;
+  };
+  LineState state = evaluate_by(
+      *this, index.at(x, y), x, y,
+      [&](const LineState& newer, const LineState& older) {
+        return is_plus(newer.label) ? touches_from_above(newer.label, older.label, x, y, false)
+                                    : touches_from_above(older.label, newer.label, x, y, false);
+      },
+      [&](const LineState& newer, const LineState& older) {
+        return is_plus(newer.label) ? touches_from_above(older.label, newer.label, x, y, true)
+                                    : touches_from_above(newer.label, older.label, x, y, true);
       });
   state.label = face_label(state.label);
   return state;
 }
 
-bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, double y) const {
+bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, double y,
+                                               bool planes_alone) const {
   struct Seen {
     const BodyLine* body = nullptr;
     std::int32_t solid = -1;
@@ -335,7 +346,7 @@ bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, doubl
   };
   const Seen above = seen(f), below = seen(g);
   if (above.side && below.side) {
-    return contacts.is_above({above.solid, above.upper, !above.upper},
+    return !planes_alone && contacts.is_above({above.solid, above.upper, !above.upper},
                              {below.solid, below.upper, !below.upper});
   }
   if (above.side == below.side) return false;
@@ -359,10 +370,11 @@ bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, doubl
     zy = cap->zy;
     at.z() = cap->z0 + zx * (x - flat.body->center_x()) + zy * (y - flat.body->center_y());
   }
-  // Ties are that near to where the two touch, for any that bend at all.
+  // Ties are that near to where the two touch, for any that bend at all. (Of the line they touch
+  // along only what is beside the point counts: a cell, too, knows no more of it than its own part.)
   const double reach = 1e-3 * size;
-  const int sign = side_of_tangent_plane(*(above.side ? above : below).body, at, zx, zy, reach,
-                                         kLineSlack * tie);
+  const int sign = side_of_tangent_plane(*(above.side ? above : below).body, at, zx, zy,
+                                         {reach, 0}, kLineSlack * tie);
   return above.side ? sign < 0 : sign > 0;
 }
 

@@ -116,8 +116,8 @@ bool SideContacts::find(std::int32_t inner, std::int32_t outer) const {
       static_cast<std::uint64_t>(inner) << 32 | static_cast<std::uint32_t>(outer));
 }
 
-int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, double zy, double reach,
-                          double slack) {
+int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, double zy,
+                          const ContactReach& reach, double slack) {
   const SideQuadratic& s = body.side();
   const double dx = at.x() - s.cx, dy = at.y() - s.cy, t = at.z() - s.cz;
   // The form on the plane, a conic of the plan about the point.
@@ -132,15 +132,15 @@ int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, doubl
   // Along its axes: bent by `most` along n, by `least` across it.
   const double middle = 0.5 * (hxx + hyy), half = std::hypot(0.5 * (hxx - hyy), hxy);
   const double most = middle + half, least = middle - half;
-  if (!(most > 0) || !(v < most * reach * reach)) return 0;  // enclosures tell
+  if (!(most > 0) || !(v < most * reach.across * reach.across)) return 0;  // enclosures tell
   const double turn = 0.5 * std::atan2(hxy, 0.5 * (hxx - hyy));
   const double nx = std::cos(turn), ny = std::sin(turn);
   const double along = gx * nx + gy * ny, across = gy * nx - gx * ny;
   // The foot of the point on the line where the conic is lowest along n.
   const double away = -along / most;
-  if (std::fabs(away) > reach) return 0;
-  const double lowest = v - 0.5 * along * along / most - std::fabs(across) * reach -
-                        std::fmax(-least, 0) * 0.5 * reach * reach;
+  if (std::fabs(away) > reach.across) return 0;
+  const double lowest = v - 0.5 * along * along / most - std::fabs(across) * reach.along -
+                        std::fmax(-least, 0) * 0.5 * reach.along * reach.along;
   const double foot_rise = rise + 2 * away * (nx * (s.q2 * zx + s.bx) + ny * (s.q2 * zy + s.by));
   // The form rises that much a length upwards: by no more than `slack` the plane is in it.
   if (!(lowest >= -slack * std::fabs(foot_rise))) return 0;

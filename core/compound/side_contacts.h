@@ -46,13 +46,19 @@ class SideContacts {
   std::vector<std::uint64_t> nested_;  // inner, outer; ascending
 };
 
+// How far about a point the line counts in which a plane touches a side: the plan distance from the
+// point to the line, and the length of line on both sides of the foot.
+struct ContactReach {
+  double across = 0, along = 0;
+};
+
 // The side on which a plane that is nowhere inside the quadric of a side, but touches it along a
 // line or in a point, passes that side: +1 above, -1 below; 0 where it is not such a plane, or not
 // told.
 // Needs: a side of two heights (SideRule::kBetween with q2 > 0), the plane by a point and its
-//        slopes; reach > 0, the plan distance about the point within which the line counts.
+//        slopes; reach.across > 0.
 // Bound: a plane inside by no more than `slack` of height counts as touching.
-int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, double zy, double reach,
-                          double slack);
+int side_of_tangent_plane(const BodyLine& body, const Vec3& at, double zx, double zy,
+                          const ContactReach& reach, double slack);
 
 }  // namespace diesink

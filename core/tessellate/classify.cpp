@@ -29,7 +29,7 @@ constexpr double kLost = 100;
 // f lies on or above g all over the box for sure (beyond ties), helped by the middle plane of a
 // quadric: its upper side is above that plane, its lower side below.
 bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
-  const double tie = surface.tie;
+  const double tie = (1 + kEnclosureSlack) * surface.tie;
   const Range d = difference_over(f, g, box);
   if (d.lo > tie) return true;
   const auto reach = [&](double gx, double gy) {
@@ -49,7 +49,7 @@ bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, con
 
 bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
   const Range d = difference_over(f, g, box);
-  return d.hi <= surface.tie ||
+  return d.hi <= (1 - kEnclosureSlack) * surface.tie ||
          (d.lo < -surface.tie && g.c - f.c > surface.tie &&
           (sides_run_apart(surface, f, g, box) || rises_above(surface, g, f, box))) ||
          touches_from_above(surface, g, f, box);

@@ -91,14 +91,16 @@ bool touches_from_above(const Impl& surface, const FaceOver& f, const FaceOver& 
   const auto is_plane = [](const FaceOver& face) {
     return !face.side && (face.solid >= 0 || (face.lo == 0 && face.hi == 0));
   };
-  const double slack = kLineSlack * surface.tie;
+  // (Less than evaluation's, lest a cell be plain that shows another label in its corner.)
+  const double slack = (1 - kEnclosureSlack) * kLineSlack * surface.tie;
+  const ContactReach reach{box.hx + box.hy, box.hx + box.hy};
   if (f.side && f.has_mid && is_plane(g)) {
     const BodyLine& body = surface.bodies[static_cast<std::size_t>(f.solid)];
-    return side_of_tangent_plane(body, {box.x, box.y, g.c}, g.gx, g.gy, box.hx + box.hy, slack) < 0;
+    return side_of_tangent_plane(body, {box.x, box.y, g.c}, g.gx, g.gy, reach, slack) < 0;
   }
   if (g.side && g.has_mid && is_plane(f)) {
     const BodyLine& body = surface.bodies[static_cast<std::size_t>(g.solid)];
-    return side_of_tangent_plane(body, {box.x, box.y, f.c}, f.gx, f.gy, box.hx + box.hy, slack) > 0;
+    return side_of_tangent_plane(body, {box.x, box.y, f.c}, f.gx, f.gy, reach, slack) > 0;
   }
   return false;
 }

@@ -6,6 +6,10 @@
 
 namespace diesink {
 
+// Of a tie: enclosures that decide one leave evaluation its rounding, lest a cell be plain that
+// shows another label in its corner.
+inline constexpr double kEnclosureSlack = 0.125;
+
 // f lies nowhere in the box below g by more than a tie, and above it in the middle: their
 // difference rises the same way everywhere in the box, so that it is least in one of its corners.
 // Faces that touch along the domain's border are told apart by this.

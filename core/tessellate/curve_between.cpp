@@ -97,7 +97,7 @@ bool CurveSolver::borders(const BodyLine& body, const PlanCurve& shadow, const V
 }
 
 CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2 q, Label b,
-                                                double zb, bool asks_for_third) const {
+                                                double zb, ThirdLabel third) const {
   Change change;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const SurfaceRef ra = ref_of(a), rb = ref_of(b);
@@ -187,8 +187,11 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
           if (beyond != kNoLabel && attempt(cap.face) &&
               height(beyond, change.at.x, change.at.y, below) &&
               std::fabs(change.at.z - below) <=
-                  kLineSlack * surface_->tie * std::hypot(cap.zx, cap.zy))
+                  kLineSlack * surface_->tie * std::hypot(cap.zx, cap.zy)) {
+            // (As it is called where it is wide enough to be seen.)
+            change.curve.type = CurveType::kMeet;
             return true;
+          }
         }
         return false;
       };
@@ -249,8 +252,9 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
              !height(label, mid.x(), mid.y(), own) ||
              std::fabs(own - state.z) > kApart * surface_->tie;
     };
-    if (asks_for_third && state.label != a && state.label != b &&
-        (q - p).norm() > kLineSlack * surface_->tie && is_told_from(a) && is_told_from(b)) {
+    if (third != ThirdLabel::kNone && state.label != a && state.label != b &&
+        (third == ThirdLabel::kAny || ((q - p).norm() > kLineSlack * surface_->tie &&
+                                       is_told_from(a) && is_told_from(b)))) {
       change.third = true;
       change.third_at = mid;
       return change;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <tuple>
 
 namespace diesink {
 
@@ -67,11 +68,70 @@ void ChangeSearch::note_unsettled(const Vec2& at, double length, double depth, R
   run.found.unsettled_area += 2 * length * length;
 }
 
+namespace {
+
+// One order of curves wherever slivers are looked at from.
+bool is_before(const PlanCurve& one, const PlanCurve& two) {
+  const auto key = [](const PlanCurve& curve) {
+    const auto of = [](const SurfaceRef& ref) { return ref.solid * 256 + ref.face; };
+    const int a = of(curve.first), b = of(curve.second);
+    return std::make_tuple(curve.type, std::min(a, b), std::max(a, b));
+  };
+  return key(one) < key(two);
+}
+
+}  // namespace
+
+// Makes one change of several side by side, on one of their curves: the same from both sides.
+void ChangeSearch::take_one_of(const std::vector<CurveSolver::Change>& parts, Label a, Label b,
+                               CurveSolver::Change& change) const {
+  const CurveSolver::Change* taken = nullptr;
+  for (const CurveSolver::Change& part : parts) {
+    if (part.curve.type != CurveType::kUnsolved &&
+        (taken == nullptr || is_before(part.curve, taken->curve)))
+      taken = &part;
+  }
+  if (taken == nullptr) return;
+  // No vertex may be farther from the other face; nor is a sliver one that rounding makes.
+  const double wide = std::hypot(parts.back().at.x - parts.front().at.x,
+                                 parts.back().at.y - parts.front().at.y);
+  if (!(wide > kLineSlack * surface_.tie && wide <= kNarrow * surface_.size)) return;
+  change.curve = taken->curve;
+  change.at = taken->at;
+  const auto height_of = [&](Label label, double beside) {
+    double z = beside;
+    const Vec3 at(change.at.x, change.at.y, change.at.z);
+    if (label != kNoLabel) {
+      if (std::fabs(solver_.implicit(solver_.ref_of(label)).value(at)) <= kNarrow * surface_.size)
+        return change.at.z;
+      solver_.height(label, at.x(), at.y(), z);
+    }
+    return z;
+  };
+  change.za = height_of(a, parts.front().za);
+  change.zb = height_of(b, parts.back().zb);
+}
+
+// Where nothing parts the two labels themselves, one of the curves that part them from the sliver
+// between them does.
+void ChangeSearch::name_by_sliver(const Sample& p, const Sample& q,
+                                  CurveSolver::Change& change) const {
+  const auto between = [&](const Sample& from, const Sample& to, ThirdLabel third) {
+    return solver_.change_between(from.p, from.state.label, from.state.z, to.p, to.state.label,
+                                  to.state.z, third);
+  };
+  const CurveSolver::Change sliver = between(p, q, ThirdLabel::kAny);
+  if (!sliver.third) return;
+  const Sample middle = sample(sliver.third_at);
+  take_one_of({between(p, middle, ThirdLabel::kNone), between(middle, q, ThirdLabel::kNone)},
+              p.state.label, q.state.label, change);
+}
+
 void ChangeSearch::add_change(const Sample& p, const Sample& q, int depth,
                               std::vector<LineChange>& out) const {
   CurveSolver::Change change =
       solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z,
-                             depth < kMostBetween);
+                             depth < kMostBetween ? ThirdLabel::kToldApart : ThirdLabel::kNone);
   if (change.third) {
     const Sample between = sample(change.third_at);
     std::vector<LineChange> parts;
@@ -87,8 +147,9 @@ void ChangeSearch::add_change(const Sample& p, const Sample& q, int depth,
       return;
     }
     change = solver_.change_between(p.p, p.state.label, p.state.z, q.p, q.state.label, q.state.z,
-                                    false);
+                                    ThirdLabel::kNone);
   }
+  if (change.curve.type == CurveType::kUnsolved) name_by_sliver(p, q, change);
   LineChange found;
   found.x = change.at.x;
   found.y = change.at.y;

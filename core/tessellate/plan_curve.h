@@ -67,6 +67,13 @@ struct LabelHeight {
 // Makes heights within `close` of one another one number: a point where faces meet is one vertex.
 void join_heights(std::vector<LabelHeight>& heights, double close);
 
+// Which labels between two are told in place of the curve that parts the two.
+enum class ThirdLabel : std::uint8_t {
+  kNone,
+  kToldApart,  // of a face that lies apart from both by more than rounding blurs
+  kAny
+};
+
 // Solves for points on the curves of one surface. Cheap to copy; any number of threads.
 class CurveSolver {
  public:
@@ -123,7 +130,7 @@ class CurveSolver {
     Vec2 third_at = Vec2::Zero();
   };
   Change change_between(Vec2 p, Label a, double za, Vec2 q, Label b, double zb,
-                        bool asks_for_third) const;
+                        ThirdLabel third) const;
 
  private:
   bool borders(const BodyLine& body, const PlanCurve& shadow, const Vec2& at, double z) const;

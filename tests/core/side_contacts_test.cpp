@@ -103,12 +103,12 @@ TEST(SideContacts, NoPointOfTheInnerOneIsOutside) {
 TEST(TangentPlanes, PassABarAboveAndBelow) {
   const Pair pair(cylinder("A", "12,14,2", "28,27,2", "5") + sphere("C", "0,0,0", "1"));
   const BodyLine& bar = pair.bodies[0];
-  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 7}, 0, 0, 3, kSlack), 1);
-  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, -3}, 0, 0, 3, kSlack), -1);
-  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 6.999999}, 0, 0, 3, kSlack), 0);
+  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 7}, 0, 0, {3, 3}, kSlack), 1);
+  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, -3}, 0, 0, {3, 3}, kSlack), -1);
+  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 6.999999}, 0, 0, {3, 3}, kSlack), 0);
   // Clear of it by more than nothing it still does not cross.
-  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 7.000001}, 0, 0, 3, kSlack), 1);
-  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 7}, 0.01, 0, 3, kSlack), 0);
+  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 7.000001}, 0, 0, {3, 3}, kSlack), 1);
+  EXPECT_EQ(side_of_tangent_plane(bar, {13, 15, 7}, 0.01, 0, {3, 3}, kSlack), 0);
 }
 
 TEST(TangentPlanes, OfAConeAreNotToldBeyondItsApex) {
@@ -117,9 +117,9 @@ TEST(TangentPlanes, OfAConeAreNotToldBeyondItsApex) {
   const Pair pair("A,R-CONE,1\nP1,10,14,2\nP2,30,14,2\nRAD,15\n" + sphere("C", "0,0,0", "1"));
   const BodyLine& body = pair.bodies[0];
   const double slope = 15.0 / 20;
-  EXPECT_EQ(side_of_tangent_plane(body, {20, 14.1, 2 + 10 * slope}, -slope, 0, 1, kSlack), 1);
-  EXPECT_EQ(side_of_tangent_plane(body, {40, 14.1, 2 - 10 * slope}, -slope, 0, 1, kSlack), 0);
-  EXPECT_EQ(side_of_tangent_plane(body, {20, 14.1, 2 - 10 * slope}, slope, 0, 1, kSlack), -1);
+  EXPECT_EQ(side_of_tangent_plane(body, {20, 14.1, 2 + 10 * slope}, -slope, 0, {1, 1}, kSlack), 1);
+  EXPECT_EQ(side_of_tangent_plane(body, {40, 14.1, 2 - 10 * slope}, -slope, 0, {1, 1}, kSlack), 0);
+  EXPECT_EQ(side_of_tangent_plane(body, {20, 14.1, 2 - 10 * slope}, slope, 0, {1, 1}, kSlack), -1);
 }
 
 // Whatever is told of planes that touch, cut or miss a leaning side holds at every point about
@@ -138,7 +138,7 @@ TEST(TangentPlanes, PassWhereTheyAreToldTo) {
                    y = 75 + 25 * std::fabs(std::sin(2.9 * n));
       const double z = -15 + 45 * std::fabs(std::cos(0.7 * n)), reach = 0.3 + 0.03 * (n % 700);
       const double zx = 0.8 * std::sin(5.3 * n), zy = 0.8 * std::cos(4.1 * n);
-      const int sign = side_of_tangent_plane(body, {x, y, z}, zx, zy, reach, kSlack);
+      const int sign = side_of_tangent_plane(body, {x, y, z}, zx, zy, {reach, reach}, kSlack);
       if (sign == 0) continue;
       ++told;
       for (int k = 0; k < 100; ++k) {

@@ -89,6 +89,20 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
 
+// A pocket with a rounded foot, given to six decimals: the bar touches the leaning side in the edge
+// of the floor, reaches through it by a few last digits at the one end and leaves a sliver of floor
+// 1e-7 wide at the other. Cells were plain that showed another face in their corners, slivers of a
+// few ties had no name, and the side was lost: 675 mm2 told.
+TEST(DegenerateDies, BarThatTouchesALeaningSideByLastDigits) {
+  expect_certified(
+      "SOLID-DEF\nS,4-PRIS,2\nP1,51.645449,54.103524,-7.817577\n"
+      "P2,81.386461,66.815244,-7.817577\nP3,78.228093,74.204727,-6.547126\n"
+      "P4,48.487082,61.493007,-6.547126\nHEI,7.904081\n"
+      "A,R-CYLI,1\nP1,51.257251,55.011774,-7.661424\nP2,80.998262,67.723494,-7.661424\nRAD,1\n"
+      "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB-S-A\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n",
+      4500, 0.02);
+}
+
 // Beside an upright ruling the side's own surface runs far below its rim within a hair of plan:
 // where it would meet the plane down there it has long ended.
 TEST(DegenerateDies, RimsUnderAnUprightRulingAreCertified) {
