@@ -13,6 +13,8 @@
 namespace diesink {
 namespace {
 
+constexpr double kLargestNumber = 1e9;  // as in statements and in files
+
 [[noreturn]] void refuse(const std::string& names, const std::string& message) {
   if (names.empty()) throw CLI::ValidationError(message);
   // The option as people type it: the long name where there is one.
@@ -41,6 +43,9 @@ double checked(const std::string& names, std::string_view text, const NumberRang
   if (!number || *number < range.low || *number > range.high ||
       (range.open_low && *number <= range.low)) {
     refuse(names, "'" + std::string(text) + "' is not " + expectation(range));
+  }
+  if (std::fabs(*number) > kLargestNumber) {
+    refuse(names, "'" + std::string(text) + "' is beyond the limit of 1e9");
   }
   return *number;
 }

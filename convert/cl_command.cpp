@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <span>
@@ -216,9 +217,12 @@ ExitStatus run(const Options& options, const CommonOptions& common) {
                                      ": the path is not proven there");
   }
   if (r.left_area > 0) {
-    report_warning(options.part, "more than OUTTOL and the cusp height stays over an area of " +
-                                     to_text(r.left_area) + ", up to " + to_text(r.left_height) +
-                                     ", where the cutter fits");
+    report_warning(options.part,
+                   "more than OUTTOL and the cusp height stays over an area of " +
+                       to_text(r.left_area) +
+                       (std::isfinite(r.left_height) ? ", up to " + to_text(r.left_height)
+                                                     : ", where no move comes over it") +
+                       ", where the cutter fits");
   }
   if (r.unsettled_area > 0) {
     report_warning(options.part, "what stays between the passes is not bounded over an area of " +

@@ -12,6 +12,8 @@
 namespace diesink {
 namespace {
 
+constexpr double kLeastRate = 1e-3;  // of feeds and speeds: the last digit that is written
+
 struct PathEnding {
   std::string_view ending;
   PathFormat format;
@@ -49,6 +51,37 @@ std::optional<PathFormat> format_of_line(std::string_view line) {
     return PathFormat::kGcode;
   }
   return std::nullopt;
+}
+
+// Files hold no larger numbers, nor does any reader take them.
+Status check_number(const char* what, double value) {
+  if (std::fabs(value) <= kLargestPathNumber) return ok();  // false for what is not a number
+  return Error{ErrorCode::kInput,
+               std::string(what) + " of the tool path is not a number of at most 1e9 (got " +
+                   to_text(value) + ")",
+               {}};
+}
+
+Status check_head(const ToolPath& head) {
+  const Cutter cutter = head.cutter.value_or(Cutter{});
+  for (const auto& [what, value] :
+       {std::pair{"the feed", head.feed}, std::pair{"the spindle speed", head.spindle}}) {
+    if (Status fits = check_number(what, value); !fits) return fits;
+    // A feed of 0 stops the machine.
+    if (value > 0 && value < kLeastRate) {
+      return Error{ErrorCode::kInput,
+                   std::string(what) + " of " + to_text(value) + " is too small to be written; " +
+                       to_text(kLeastRate) + " a minute or more is expected",
+                   {}};
+    }
+  }
+  for (const auto& [what, value] :
+       {std::pair{"INTOL", head.intol}, std::pair{"OUTTOL", head.outtol},
+        std::pair{"the cutter's diameter", cutter.diameter},
+        std::pair{"the cutter's corner radius", cutter.corner_radius}}) {
+    if (Status fits = check_number(what, value); !fits) return fits;
+  }
+  return ok();
 }
 
 }  // namespace
@@ -110,12 +143,16 @@ PathWriter::PathWriter(PathFormat format, PathWriteOptions options, ByteSink& si
 PathWriter::~PathWriter() = default;
 
 Status PathWriter::begin(const ToolPath& head) {
+  if (Status fits = check_head(head); !fits) return fits;
   text_->begin(head, options_, out_);
   return out_.status();
 }
 
 Status PathWriter::take(std::span<const ClPoint> points) {
   for (const ClPoint& point : points) {
+    for (int k = 0; k < 3; ++k) {
+      if (Status fits = check_number("a coordinate", point.tip[k]); !fits) return fits;
+    }
     cuts_ = cuts_ || point.motion == Motion::kFeed;
     text_->point(point, out_);
   }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/machining/interference.h"
+#include "core/number.h"
 
 namespace diesink {
 namespace {
@@ -20,6 +21,22 @@ std::size_t cell_of(double at, double from, double inv, int cells) {
 }
 
 }  // namespace
+
+Result<double> clearance_over(const TriangleMesh& mesh, const PathOptions& options, double grow) {
+  double top = kNoContact;
+  for (const Vec3& p : mesh.positions) top = std::fmax(top, p.z());
+  const double diameter = options.cutter.diameter;
+  const double usual = diameter > grow ? top + diameter : top + grow + diameter;
+  const double clearance = options.clearance.value_or(usual);
+  if (clearance > top + grow) return clearance;
+  std::string message = "the clearance plane " + number_text(clearance) +
+                        " must lie above the surface, whose highest point is " + number_text(top);
+  if (clearance > top) {
+    message += ", and by more than the " + number_text(grow) +
+               " that are left on it, INTOL being so much smaller than OUTTOL";
+  }
+  return Error{ErrorCode::kInput, std::move(message), {}};
+}
 
 TopGrid::TopGrid(const OffsetSurface& offset, double cell) {
   const std::size_t count = offset.piece_count();

@@ -95,4 +95,9 @@ class PathJoiner {
   std::vector<Vec3> link_;
 };
 
+// The height of the rapid moves over a mesh: the one asked for, else a diameter above its top, or
+// above what a cutter larger all round by `grow` meets there.
+// Errors: kInput where the one asked for is not above that.
+Result<double> clearance_over(const TriangleMesh& mesh, const PathOptions& options, double grow);
+
 }  // namespace diesink

@@ -306,16 +306,12 @@ Result<PathReport> plan_cc_path(const CompoundSurface& surface, const TriangleMe
   const Result<std::unique_ptr<PassFamily>> family = make_pass_family(surface.program(), options);
   if (!family) return family.error();
   const Allowance allowance = allowance_of(options, deviation);
-  double top = kNoContact;
-  for (const Vec3& p : mesh.positions) top = std::fmax(top, p.z());
+  const Result<double> clearance = clearance_over(mesh, options, allowance.grow);
+  if (!clearance) return clearance.error();
   head.cutter = options.cutter;
   head.intol = options.intol;
   head.outtol = options.outtol;
-  head.clearance = options.clearance.value_or(top + options.cutter.diameter);
-  if (!(head.clearance > top + allowance.grow)) {
-    return input_error("the clearance plane " + number_text(head.clearance) +
-                       " must lie above the surface, whose highest point is " + number_text(top));
-  }
+  head.clearance = *clearance;
   return CcPlanner(surface, mesh, deviation, options, *real, allowance, **family, std::move(head),
                    receiver)
       .run();

@@ -257,22 +257,16 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   const OffsetSurface offset(mesh, cutter, options.angle);
   const FrameDomain frame(offset, domain);
 
-  double top = kNoContact, size = 0;
-  for (const Vec3& p : mesh.positions) {
-    top = std::fmax(top, p.z());
-    size = std::fmax(size, p.cwiseAbs().maxCoeff());
-  }
-  const double clearance = options.clearance.value_or(top + options.cutter.diameter);
-  if (!(clearance > top + grow)) {
-    return input_error("the clearance plane " + number_text(clearance) +
-                       " must lie above the surface, whose highest point is " + number_text(top));
-  }
+  const Result<double> clearance = clearance_over(mesh, options, grow);
+  if (!clearance) return clearance.error();
   head.cutter = options.cutter;
   head.intol = options.intol;
   head.outtol = options.outtol;
-  head.clearance = clearance;
+  head.clearance = *clearance;
 
   PathReport report;
+  double size = 0;
+  for (const Vec3& p : mesh.positions) size = std::fmax(size, p.cwiseAbs().maxCoeff());
   const double join = 1e-7 * (real->radius() + 1e-3 * size);
   DropPlanner planner(mesh, offset, frame, *budget, options, join);
   planner.place_passes(*real);
@@ -282,7 +276,7 @@ Result<PathReport> plan_drop_path(const TriangleMesh& mesh, double deviation,
   }
   const TopGrid tops(offset, std::fmax(widest, real->radius() / 4));
   PathStream stream(offset, head, receiver, report);
-  PathJoiner joiner(tops, grow, clearance, 2 * widest + real->radius(), stream);
+  PathJoiner joiner(tops, grow, *clearance, 2 * widest + real->radius(), stream);
   const double limit = options.outtol + options.cusp.value_or(0);
   std::optional<PointDrop> drop;
   if (!options.interval) drop.emplace(offset);

@@ -254,6 +254,21 @@ TEST(PlanDrop, HolesAreCrossedOnTheClearancePlane) {
   EXPECT_EQ(crossings, planned->report.passes);
 }
 
+TEST(PlanDrop, RapidMovesStandOverWhatIsLeft) {
+  const TriangleMesh mesh = height_mesh(0, 40, 9, 0, 40, 9, [](double, double) { return 3.0; });
+  PathOptions options = options_of(6, 3);
+  options.outtol = 30;  // far more than the cutter's diameter
+  const Result<PlannedPath> planned = plan_drop_path(mesh, 0, {0, 40, 0, 40}, options);
+  ASSERT_TRUE(planned) << planned.error().message;
+  for (const ClPoint& point : planned->path.points) {
+    EXPECT_LE(point.tip.z(), planned->path.clearance);
+  }
+  options.clearance = 4;
+  const Result<PlannedPath> low = plan_drop_path(mesh, 0, {0, 40, 0, 40}, options);
+  ASSERT_FALSE(low);
+  EXPECT_NE(low.error().message.find("left on it"), std::string::npos);
+}
+
 TEST(PlanDrop, RefusesWhatCannotBe) {
   const TriangleMesh mesh = height_mesh(0, 10, 4, 0, 10, 4, [](double, double) { return 3.0; });
   PathOptions options = options_of(6, 3);

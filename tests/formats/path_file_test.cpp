@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <locale>
 #include <numbers>
 #include <span>
+#include <vector>
 
 #include "tests/support/random_program.h"
 
@@ -165,6 +167,29 @@ TEST(PathFile, AnEmptyPathIsNoFile) {
     ToolPath path = sample();
     path.points.resize(1);
     EXPECT_FALSE(write_path(path, format, {}, *files.file("").value()));
+  }
+}
+
+TEST(PathFile, NumbersThatNoFileHoldsAreRefused) {
+  const std::vector<std::function<void(ToolPath&)>> wrongs{
+      [](ToolPath& path) { path.points[1].tip.z() = 1e16; },
+      [](ToolPath& path) { path.points[0].tip.x() = -1e300; },
+      [](ToolPath& path) { path.points[1].tip.y() = std::nan(""); },
+      [](ToolPath& path) { path.spindle = 1e20; },
+      [](ToolPath& path) { path.feed = 1e-9; },  // F0 stops the machine
+      [](ToolPath& path) { path.outtol = 1e300; },
+      [](ToolPath& path) {
+        path.cutter = Cutter{1e300, 0};
+      }};
+  for (const PathFormat format : {PathFormat::kApt, PathFormat::kGcode, PathFormat::kCsv}) {
+    for (const auto& spoil : wrongs) {
+      MemoryFiles files;
+      ToolPath path = sample();
+      spoil(path);
+      const Status done = write_path(path, format, {}, *files.file("").value());
+      ASSERT_FALSE(done);
+      EXPECT_EQ(done.error().code, ErrorCode::kInput);
+    }
   }
 }
 
