@@ -490,11 +490,19 @@ class AptReader {
     rapid_ = false;
   }
 
+  // Letters that do not stand where a number should: NAN is no kind of tool.
+  static bool is_a_word(const std::string& text) {
+    double value = 0;
+    return !text.empty() && text[0] >= 'A' && text[0] <= 'Z' &&
+           read_number(text.data(), text.data() + text.size(), value).state !=
+               NumberState::kNotFinite;
+  }
+
   void cutter() {
     // TLDATA/MILL,d,r,height,taper,tip and CUTTER/d,r,e,f,a,b,h.
     std::vector<double> v;
     for (const Word& word : words_) {
-      if (v.empty() && !word.text.empty() && word.text[0] >= 'A' && word.text[0] <= 'Z') {
+      if (v.empty() && is_a_word(word.text)) {
         if (word.text != "MILL" && major_.text == "TLDATA") {
           lines_.error(word.column,
                        "a tool of type " + word.text.substr(0, 40) + "; expected MILL");

@@ -1,5 +1,7 @@
 // A tool path as CSV: a head of comments, then `x,y,z,motion`.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -31,24 +33,45 @@ void split(std::string_view line, std::vector<Field>& fields) {
   }
 }
 
-void head(std::string_view text, ToolPath& path) {
-  text = without_blanks(text);
-  const std::size_t blank = text.find(' ');
-  const std::string_view word = text.substr(0, blank);
-  const std::string_view rest =
-      blank == std::string_view::npos ? std::string_view{} : without_blanks(text.substr(blank));
-  const std::optional<double> value = number_of(rest.substr(0, rest.find(',')));
-  if (word == "unit") path.unit = rest == "inch" ? LengthUnit::kInch : LengthUnit::kMillimetre;
-  if (!value) return;
-  if (word == "cutter" && rest.find(',') != std::string_view::npos) {
-    const std::optional<double> r = number_of(rest.substr(rest.find(',') + 1));
-    if (r && *value > 0 && *r >= 0 && *r <= *value / 2 * (1 + 1e-9))
-      path.cutter = Cutter{*value, *r};
+std::optional<double> head_number(std::string_view word) {
+  const std::optional<double> value = number_of(without_blanks(word));
+  return value && *value >= 0 && *value <= kLargestPathNumber ? value : std::nullopt;
+}
+
+std::optional<Cutter> head_cutter(std::string_view words) {
+  const std::size_t comma = std::min(words.find(','), words.size());
+  const std::optional<double> d = head_number(words.substr(0, comma));
+  const std::optional<double> r = head_number(words.substr(std::min(comma + 1, words.size())));
+  if (!d || !r || !(*d > 0) || *r > *d / 2 * (1 + 1e-9)) return std::nullopt;
+  return Cutter{*d, *r};
+}
+
+// A comment of the head; others mean nothing.
+void take_head(PathLines& lines, ToolPath& path) {
+  const std::string_view text = without_blanks(without_blanks(lines.line()).substr(1));
+  const std::size_t blank = std::min(text.find(' '), text.size());
+  const std::string_view word = text.substr(0, blank), rest = without_blanks(text.substr(blank));
+  if (word == "unit") {
+    path.unit = rest == "inch" ? LengthUnit::kInch : LengthUnit::kMillimetre;
+    if (rest != name_of(path.unit)) {
+      lines.error(1, "'" + std::string(rest.substr(0, 40)) + "' is no unit; expected mm or inch");
+    }
+    return;
   }
-  if (word == "intol") path.intol = *value;
-  if (word == "outtol") path.outtol = *value;
-  if (word == "feed") path.feed = *value;
-  if (word == "spindle") path.spindle = *value;
+  const std::array numbers{std::pair{"intol", &path.intol}, std::pair{"outtol", &path.outtol},
+                           std::pair{"feed", &path.feed}, std::pair{"spindle", &path.spindle}};
+  const auto* const number = std::find_if(numbers.begin(), numbers.end(),
+                                          [&](const auto& known) { return word == known.first; });
+  const bool is_number = number != numbers.end();
+  if (word != "cutter" && !is_number) return;
+  const std::optional<double> value = head_number(rest);
+  const std::optional<Cutter> cutter = head_cutter(rest);
+  if (is_number && value) *number->second = *value;
+  if (!is_number && cutter) path.cutter = cutter;
+  if (is_number ? !value : !cutter) {
+    lines.warning(1, "states no " + std::string(word) + ", passed over; expected '# " +
+                         std::string(word) + (is_number ? " NUMBER'" : " DIAMETER,CORNER'"));
+  }
 }
 
 class CsvText final : public PathText {
@@ -84,7 +107,7 @@ void read_path_csv(TextSource& text, const std::string& file_name, ToolPath& pat
     const std::string_view line = without_blanks(lines.line());
     if (line.empty()) continue;
     if (line[0] == '#') {
-      head(line.substr(1), path);
+      take_head(lines, path);
       continue;
     }
     split(lines.line(), fields);

@@ -367,6 +367,7 @@ TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
       {PathFormat::kApt, "GOTO/1,2,3\nGOHOME\n", "2:1 GOHOME without FROM"},
       {PathFormat::kApt, "ARCSLP/0.5\n", "1:1 ARCSLP is not supported"},
       {PathFormat::kApt, "CUTTER/-6,3\n", "no cutter"},
+      {PathFormat::kApt, "CUTTER/nan,1\n", "1:8 'NAN' is not a number"},
       {PathFormat::kApt, "", "the file holds no tool path"},
       {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X3 Y4 I1 J0\n", "2:13 an arc that begins 1 and ends"},
       {PathFormat::kGcode, "G0 X1 Y2 Z3\nG2 X9 Y2 R3\n", "2:10 an arc whose ends lie 8 apart"},
@@ -393,12 +394,31 @@ TEST(PathRead, WrongOnesAreToldWithTheirPlace) {
       {PathFormat::kCsv, "x,y,z\n1,2\n", "2:1 2 fields; expected 3"},
       {PathFormat::kCsv, "x,y,z,motion\n1,2,3,fly\n", "2:7 'FLY' is no motion"},
       {PathFormat::kCsv, "1,2\n", "expected x,y,z"},
+      {PathFormat::kCsv, "# unit cm\nx,y,z\n1,2,3\n1,2,4\n", "1:1 'cm' is no unit"},
       {PathFormat::kCsv, "x,y,z\n1,2,1e12\n", "is too large"}};
   for (const Wrong& wrong : cases) {
     std::string messages;
     EXPECT_FALSE(read(wrong.text, wrong.format, &messages)) << wrong.text;
     EXPECT_NE(messages.find(wrong.message), std::string::npos) << wrong.text << messages;
   }
+}
+
+TEST(PathRead, WrongWordsInTheHeadOfACsvAreTold) {
+  for (const char* head : {"cutter -4,2", "cutter 4,3", "cutter 4", "cutter 1e300,1",
+                           "cutter nan,1", "intol -1", "outtol 1e300", "feed", "spindle fast"}) {
+    std::string messages;
+    const std::string text = "# " + std::string(head) + "\nx,y,z\n1,2,3\n1,2,4\n";
+    const std::optional<ToolPath> path = read(text, PathFormat::kCsv, &messages);
+    ASSERT_TRUE(path) << text;
+    EXPECT_FALSE(path->cutter);
+    EXPECT_EQ(std::fmax(path->intol, path->outtol), 0);
+    EXPECT_EQ(messages.rfind("1:1 states no ", 0), 0U) << text << messages;
+  }
+  std::string messages;
+  EXPECT_TRUE(
+      read("# made by hand\n# cutter 6 , 1\nx,y,z\n1,2,3\n1,2,4\n", PathFormat::kCsv, &messages)
+          ->cutter);
+  EXPECT_EQ(messages, "");
 }
 
 TEST(PathRead, AptGoesHomeAndTellsWhatItPassesOver) {
