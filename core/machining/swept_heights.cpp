@@ -178,120 +178,166 @@ SweptHeights::SweptHeights(const CutterShape& cutter, const PlanLattice& lattice
       over_(heights_.size(), std::numeric_limits<float>::infinity()),
       highest_(tile_columns_ * tile_rows_, kInfinity) {}
 
-void SweptHeights::cut(std::span<const SweepMove> moves, int threads) {
-  const CutterShape& cutter = cutter_;
-  const PlanLattice& lattice = lattice_;
-  const double R = cutter.radius();
-  const std::size_t across = (tile_columns_ + kBlock - 1) / kBlock;
-  const std::size_t blocks = across * ((tile_rows_ + kBlock - 1) / kBlock);
-  std::vector<PlannedMove> all;
-  all.reserve(moves.size());
-  for (const SweepMove& move : moves) all.push_back(planned(move));
-  // Moves by the blocks they come over. A tile's cells reach to the first points of the next.
-  std::vector<std::vector<std::uint32_t>> items(blocks);
-  constexpr std::size_t kPoints = kBlock * kTile;
-  const auto first_block = [](std::size_t point) {
-    return (point - std::min<std::size_t>(point, 1)) / kPoints;
-  };
-  for (std::uint32_t k = 0; k < all.size(); ++k) {
-    const auto& [from, to] = all[k].move;
-    const IndexSpan rows =
-        index_span(std::min(from.y(), to.y()) - R, std::max(from.y(), to.y()) + R, lattice.y0,
-                   lattice.dy, lattice.rows);
-    if (rows.first > rows.last) continue;
-    for (std::size_t bj = first_block(rows.first); bj <= rows.last / kPoints; ++bj) {
-      const double y0 = lattice.y(bj * kPoints),
-                   y1 = lattice.y(std::min(bj * kPoints + kPoints, lattice.rows - 1));
-      const auto [x0, x1] = all[k].between(y0 - R, y1 + R);
-      const IndexSpan columns = index_span(x0 - R, x1 + R, lattice.x0, lattice.dx, lattice.columns);
-      if (columns.first > columns.last) continue;
-      for (std::size_t bi = first_block(columns.first); bi <= columns.last / kPoints; ++bi) {
-        items[bj * across + bi].push_back(k);
+// One call of cut(): the moves by the blocks of tiles they come over, then block by block.
+class SweptHeights::Cutting {
+ public:
+  Cutting(SweptHeights& swept, std::span<const SweepMove> moves)
+      : swept_(swept),
+        cutter_(swept.cutter_),
+        lattice_(swept.lattice_),
+        across_((swept.tile_columns_ + kBlock - 1) / kBlock),
+        over_block_(across_ * ((swept.tile_rows_ + kBlock - 1) / kBlock)) {
+    moves_.reserve(moves.size());
+    for (const SweepMove& move : moves) moves_.push_back(planned(move));
+    for (std::uint32_t k = 0; k < moves_.size(); ++k) enter(k);
+  }
+
+  void run(int threads) {
+    parallel_blocks(over_block_.size(), 1, threads, [&](std::size_t begin, std::size_t end, int) {
+      std::vector<Bounded> order;
+      for (std::size_t block = begin; block < end; ++block) {
+        if (!over_block_[block].empty()) cut_block(block, order);
       }
+    });
+  }
+
+ private:
+  static constexpr std::size_t kPoints = kBlock * kTile;  // along a block's side
+  struct Tiles {
+    std::size_t i0, i1, j0, j1;
+  };
+  struct Bounded {
+    double low;
+    std::uint32_t move;
+  };
+
+  // A tile's cells reach to the first points of the next.
+  static std::size_t first_block(std::size_t point) {
+    return (point - std::min<std::size_t>(point, 1)) / kPoints;
+  }
+  void enter(std::uint32_t k);
+  [[nodiscard]] PlanBox box_of(const Tiles& tiles) const;
+  [[nodiscard]] double top_of(const Tiles& tiles) const;
+  void cut_block(std::size_t block, std::vector<Bounded>& order) const;
+  [[nodiscard]] bool cut_tiles(const Tiles& tiles, const PlannedMove& m, double low) const;
+  [[nodiscard]] double cut_tile(std::size_t ti, std::size_t tj, const PlannedMove& m) const;
+
+  SweptHeights& swept_;
+  const CutterShape& cutter_;
+  const PlanLattice& lattice_;
+  std::size_t across_;  // blocks along x
+  std::vector<PlannedMove> moves_;
+  std::vector<std::vector<std::uint32_t>> over_block_;
+};
+
+void SweptHeights::Cutting::enter(std::uint32_t k) {
+  const double R = cutter_.radius();
+  const auto& [from, to] = moves_[k].move;
+  const IndexSpan rows = index_span(std::min(from.y(), to.y()) - R, std::max(from.y(), to.y()) + R,
+                                    lattice_.y0, lattice_.dy, lattice_.rows);
+  if (rows.first > rows.last) return;
+  for (std::size_t bj = first_block(rows.first); bj <= rows.last / kPoints; ++bj) {
+    const double y0 = lattice_.y(bj * kPoints),
+                 y1 = lattice_.y(std::min(bj * kPoints + kPoints, lattice_.rows - 1));
+    const auto [x0, x1] = moves_[k].between(y0 - R, y1 + R);
+    const IndexSpan columns =
+        index_span(x0 - R, x1 + R, lattice_.x0, lattice_.dx, lattice_.columns);
+    if (columns.first > columns.last) continue;
+    for (std::size_t bi = first_block(columns.first); bi <= columns.last / kPoints; ++bi) {
+      over_block_[bj * across_ + bi].push_back(k);
     }
   }
-  const std::vector<double>& part = *surface_;
-  parallel_blocks(blocks, 1, threads, [&](std::size_t begin, std::size_t end, int) {
-    std::array<double, (kTile + 1) * (kTile + 1)> z;
-    struct Bounded {
-      double low;
-      std::uint32_t item;
-    };
-    std::vector<Bounded> order;
-    for (std::size_t block = begin; block < end; ++block) {
-      if (items[block].empty()) continue;
-      const std::size_t ti0 = block % across * kBlock, tj0 = block / across * kBlock;
-      const std::size_t ti1 = std::min(ti0 + kBlock, tile_columns_),
-                        tj1 = std::min(tj0 + kBlock, tile_rows_);
-      const auto box_of = [&](std::size_t i0, std::size_t i1, std::size_t j0, std::size_t j1) {
-        return PlanBox{lattice.x(i0 * kTile), lattice.x(std::min(i1 * kTile, lattice.columns - 1)),
-                       lattice.y(j0 * kTile), lattice.y(std::min(j1 * kTile, lattice.rows - 1))};
-      };
-      const auto block_top = [&] {
-        double top = -kInfinity;
-        for (std::size_t tj = tj0; tj < tj1; ++tj) {
-          for (std::size_t ti = ti0; ti < ti1; ++ti) {
-            top = std::max(top, highest_[tj * tile_columns_ + ti]);
-          }
-        }
-        return top;
-      };
-      // The lowest first: they leave so little that most of the others cut nothing.
-      const PlanBox box = box_of(ti0, ti1, tj0, tj1);
-      double highest = block_top();
-      order.clear();
-      for (const std::uint32_t item : items[block]) {
-        const double low = lowest_in(cutter, all[item], box);
-        if (low < highest) order.push_back({low, item});
-      }
-      std::sort(order.begin(), order.end(), [](const Bounded& p, const Bounded& q) {
-        return p.low != q.low ? p.low < q.low : p.item < q.item;
-      });
-      for (const Bounded& next : order) {
-        if (next.low >= highest) break;
-        const PlannedMove& m = all[next.item];
-        bool cuts = false;
-        for (std::size_t tj = tj0; tj < tj1; ++tj) {
-          const std::size_t j0 = tj * kTile, j1 = std::min(j0 + kTile, lattice.rows - 1);
-          for (std::size_t ti = ti0; ti < ti1; ++ti) {
-            double& top = highest_[tj * tile_columns_ + ti];
-            // A move that stays above all that is left over the tile cuts nothing there.
-            if (next.low >= top || lowest_in(cutter, m, box_of(ti, ti + 1, tj, tj + 1)) >= top) {
-              continue;
-            }
-            cuts = true;
-            const std::size_t i0 = ti * kTile, i1 = std::min(i0 + kTile, lattice.columns - 1);
-            const std::size_t width = i1 - i0 + 1;
-            for (std::size_t j = j0; j <= j1; ++j) {
-              for (std::size_t i = i0; i <= i1; ++i) {
-                z[(j - j0) * width + (i - i0)] = height_over(cutter, m, lattice.x(i), lattice.y(j));
-              }
-            }
-            // The tile's own points, and the cells behind them.
-            double most = -kInfinity;
-            for (std::size_t j = j0; j < std::min(j0 + kTile, lattice.rows); ++j) {
-              for (std::size_t i = i0; i < std::min(i0 + kTile, lattice.columns); ++i) {
-                const std::size_t k = j * lattice.columns + i, c = (j - j0) * width + (i - i0);
-                heights_[k] = std::min(heights_[k], z[c]);
-                most = std::max(most, heights_[k]);
-                if (i == i1 || j == j1) continue;
-                const double p0 = part[k], p1 = part[k + 1], p2 = part[k + lattice.columns],
-                             p3 = part[k + lattice.columns + 1];
-                if (std::isnan(p0 + p1 + p2 + p3)) continue;  // at a hole
-                const double over = std::max(std::max(z[c] - p0, z[c + 1] - p1),
-                                             std::max(z[c + width] - p2, z[c + width + 1] - p3));
-                if (over < static_cast<double>(over_[k])) over_[k] = rounded_up(over);
-                most = std::max(most, std::min(std::min(p0, p1), std::min(p2, p3)) +
-                                          static_cast<double>(over_[k]));
-              }
-            }
-            top = most;
-          }
-        }
-        if (cuts) highest = block_top();
-      }
+}
+
+PlanBox SweptHeights::Cutting::box_of(const Tiles& tiles) const {
+  return {lattice_.x(tiles.i0 * kTile),
+          lattice_.x(std::min(tiles.i1 * kTile, lattice_.columns - 1)),
+          lattice_.y(tiles.j0 * kTile), lattice_.y(std::min(tiles.j1 * kTile, lattice_.rows - 1))};
+}
+
+double SweptHeights::Cutting::top_of(const Tiles& tiles) const {
+  double top = -kInfinity;
+  for (std::size_t tj = tiles.j0; tj < tiles.j1; ++tj) {
+    for (std::size_t ti = tiles.i0; ti < tiles.i1; ++ti) {
+      top = std::max(top, swept_.highest_[tj * swept_.tile_columns_ + ti]);
     }
+  }
+  return top;
+}
+
+void SweptHeights::Cutting::cut_block(std::size_t block, std::vector<Bounded>& order) const {
+  const std::size_t ti = block % across_ * kBlock, tj = block / across_ * kBlock;
+  const Tiles tiles{ti, std::min(ti + kBlock, swept_.tile_columns_), tj,
+                    std::min(tj + kBlock, swept_.tile_rows_)};
+  // The lowest first: they leave so little that most of the others cut nothing.
+  const PlanBox box = box_of(tiles);
+  double highest = top_of(tiles);
+  order.clear();
+  for (const std::uint32_t k : over_block_[block]) {
+    const double low = lowest_in(cutter_, moves_[k], box);
+    if (low < highest) order.push_back({low, k});
+  }
+  std::sort(order.begin(), order.end(), [](const Bounded& p, const Bounded& q) {
+    return p.low != q.low ? p.low < q.low : p.move < q.move;
   });
+  for (const Bounded& next : order) {
+    if (next.low >= highest) break;
+    if (cut_tiles(tiles, moves_[next.move], next.low)) highest = top_of(tiles);
+  }
+}
+
+// `low`: nothing the move leaves over the tiles is lower. False where it cuts in none of them.
+bool SweptHeights::Cutting::cut_tiles(const Tiles& tiles, const PlannedMove& m, double low) const {
+  bool cuts = false;
+  for (std::size_t tj = tiles.j0; tj < tiles.j1; ++tj) {
+    for (std::size_t ti = tiles.i0; ti < tiles.i1; ++ti) {
+      double& top = swept_.highest_[tj * swept_.tile_columns_ + ti];
+      // A move that stays above all that is left over the tile cuts nothing there.
+      if (low >= top || lowest_in(cutter_, m, box_of({ti, ti + 1, tj, tj + 1})) >= top) continue;
+      top = cut_tile(ti, tj, m);
+      cuts = true;
+    }
+  }
+  return cuts;
+}
+
+// The tile's own points, and the cells behind them. Returns what a move must come below from now
+// on to change anything there.
+double SweptHeights::Cutting::cut_tile(std::size_t ti, std::size_t tj, const PlannedMove& m) const {
+  const std::vector<double>& part = *swept_.surface_;
+  const std::size_t i0 = ti * kTile, i1 = std::min(i0 + kTile, lattice_.columns - 1);
+  const std::size_t j0 = tj * kTile, j1 = std::min(j0 + kTile, lattice_.rows - 1);
+  const std::size_t width = i1 - i0 + 1;
+  std::array<double, (kTile + 1) * (kTile + 1)> z;
+  for (std::size_t j = j0; j <= j1; ++j) {
+    for (std::size_t i = i0; i <= i1; ++i) {
+      z[(j - j0) * width + (i - i0)] = height_over(cutter_, m, lattice_.x(i), lattice_.y(j));
+    }
+  }
+  double most = -kInfinity;
+  for (std::size_t j = j0; j < std::min(j0 + kTile, lattice_.rows); ++j) {
+    for (std::size_t i = i0; i < std::min(i0 + kTile, lattice_.columns); ++i) {
+      const std::size_t k = j * lattice_.columns + i, c = (j - j0) * width + (i - i0);
+      double& height = swept_.heights_[k];
+      height = std::min(height, z[c]);
+      most = std::max(most, height);
+      if (i == i1 || j == j1) continue;
+      const double p0 = part[k], p1 = part[k + 1], p2 = part[k + lattice_.columns],
+                   p3 = part[k + lattice_.columns + 1];
+      if (std::isnan(p0 + p1 + p2 + p3)) continue;  // at a hole
+      float& over_cell = swept_.over_[k];
+      const double over = std::max(std::max(z[c] - p0, z[c + 1] - p1),
+                                   std::max(z[c + width] - p2, z[c + width + 1] - p3));
+      if (over < static_cast<double>(over_cell)) over_cell = rounded_up(over);
+      most = std::max(
+          most, std::min(std::min(p0, p1), std::min(p2, p3)) + static_cast<double>(over_cell));
+    }
+  }
+  return most;
+}
+
+void SweptHeights::cut(std::span<const SweepMove> moves, int threads) {
+  Cutting(*this, moves).run(threads);
 }
 
 }  // namespace diesink

@@ -42,6 +42,8 @@ class SweptHeights {
   [[nodiscard]] const std::vector<float>& over_cells() const { return over_; }
 
  private:
+  class Cutting;
+
   CutterShape cutter_;
   PlanLattice lattice_;
   const std::vector<double>* surface_;
