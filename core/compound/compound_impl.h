@@ -68,7 +68,7 @@ struct CompoundSurface::Impl {
   PartProgram program;
   std::vector<BodyLine> bodies;  // one a solid of the program
   std::vector<std::int32_t>
-      side_class;  // of each body: the first body whose side is the same quadric
+      side_class;         // of each body: the first body whose side is the same quadric
   SideContacts contacts;  // of the bodies' sides
   std::vector<CompoundStep> steps;
   std::vector<std::uint32_t> step_of_row;
@@ -95,8 +95,9 @@ struct CompoundSurface::Impl {
     const CompoundStep& step = steps[step_of_row[static_cast<std::size_t>(row_of(label))]];
     return make_label(step.first_row, static_cast<std::uint32_t>(face_of(label)));
   }
-  // Of two faces within kLineSlack ties of one another over (x, y), f is nowhere below g, because the
-  // one touches the other and does not cross it. `planes_alone`: where one of the two is a plane.
+  // Of two faces within kLineSlack ties of one another over (x, y), f is nowhere below g, because
+  // the one touches the other and does not cross it. `planes_alone`: where one of the two is a
+  // plane.
   [[nodiscard]] bool touches_from_above(Label f, Label g, double x, double y,
                                         bool planes_alone) const;
   // Unit upward normal of the label's own surface at a point of it.

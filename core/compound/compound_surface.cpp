@@ -248,9 +248,10 @@ bool CompoundSurface::Impl::base_at(double x, double y, BaseHit& hit) const {
 
 namespace {
 
-// Equation (5) over one line. `outlasts(newer, older)` is asked where the two are a tie or less apart:
-// true where the newer term takes the point. `grazes(newer, older)` is asked where the newer one is
-// ahead by more, but no more than kLineSlack ties: true where that is rounding, and the older stays.
+// Equation (5) over one line. `outlasts(newer, older)` is asked where the two are a tie or less
+// apart: true where the newer term takes the point. `grazes(newer, older)` is asked where the newer
+// one is ahead by more, but no more than kLineSlack ties: true where that is rounding, and the
+// older stays.
 template <class Outlasts, class Grazes>
 LineState evaluate_by(const CompoundSurface::Impl& surface,
                       std::span<const std::uint32_t> steps_here, double x, double y,
@@ -347,7 +348,7 @@ bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, doubl
   const Seen above = seen(f), below = seen(g);
   if (above.side && below.side) {
     return !planes_alone && contacts.is_above({above.solid, above.upper, !above.upper},
-                             {below.solid, below.upper, !below.upper});
+                                              {below.solid, below.upper, !below.upper});
   }
   if (above.side == below.side) return false;
   // The plane of the other one.
@@ -371,10 +372,11 @@ bool CompoundSurface::Impl::touches_from_above(Label f, Label g, double x, doubl
     at.z() = cap->z0 + zx * (x - flat.body->center_x()) + zy * (y - flat.body->center_y());
   }
   // Ties are that near to where the two touch, for any that bend at all. (Of the line they touch
-  // along only what is beside the point counts: a cell, too, knows no more of it than its own part.)
+  // along only what is beside the point counts: a cell, too, knows no more of it than its own
+  // part.)
   const double reach = 1e-3 * size;
-  const int sign = side_of_tangent_plane(*(above.side ? above : below).body, at, zx, zy,
-                                         {reach, 0}, kLineSlack * tie);
+  const int sign = side_of_tangent_plane(*(above.side ? above : below).body, at, zx, zy, {reach, 0},
+                                         kLineSlack * tie);
   return above.side ? sign < 0 : sign > 0;
 }
 

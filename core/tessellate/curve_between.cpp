@@ -253,8 +253,8 @@ CurveSolver::Change CurveSolver::change_between(Vec2 p, Label a, double za, Vec2
              std::fabs(own - state.z) > kApart * surface_->tie;
     };
     if (third != ThirdLabel::kNone && state.label != a && state.label != b &&
-        (third == ThirdLabel::kAny || ((q - p).norm() > kLineSlack * surface_->tie &&
-                                       is_told_from(a) && is_told_from(b)))) {
+        (third == ThirdLabel::kAny ||
+         ((q - p).norm() > kLineSlack * surface_->tie && is_told_from(a) && is_told_from(b)))) {
       change.third = true;
       change.third_at = mid;
       return change;

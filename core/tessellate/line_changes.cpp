@@ -93,8 +93,8 @@ void ChangeSearch::take_one_of(const std::vector<CurveSolver::Change>& parts, La
   }
   if (taken == nullptr) return;
   // No vertex may be farther from the other face; nor is a sliver one that rounding makes.
-  const double wide = std::hypot(parts.back().at.x - parts.front().at.x,
-                                 parts.back().at.y - parts.front().at.y);
+  const double wide =
+      std::hypot(parts.back().at.x - parts.front().at.x, parts.back().at.y - parts.front().at.y);
   if (!(wide > kLineSlack * surface_.tie && wide <= kNarrow * surface_.size)) return;
   change.curve = taken->curve;
   change.at = taken->at;
