@@ -91,6 +91,36 @@ bool side_over(const Impl& surface, const BodyLine& body, bool upper, const Cell
   return true;
 }
 
+// The rim of a cap that is all but upright is two lines a hair apart in plan, of which one borders
+// the shadow: where the cap meets the far sheet of the side, a lower cap the upper one. That is one
+// regular function, the difference of their heights, positive inside; `rim` where it is none.
+PlanFunction border_of_steep_cap(const Impl& surface, const BodyLine& body, bool cap_is_upper,
+                                 const Linear& cap, const CellBox& box, const PlanFunction& disc,
+                                 const PlanFunction& rim) {
+  constexpr double kSteep = 300;
+  if (!(std::fabs(cap.gx) + std::fabs(cap.gy) > kSteep) || !(disc.lo > 0) ||
+      std::get<QuadricBody>(body.body()).shape != QuadricShape::kCylinder)
+    return rim;
+  FaceOver sheet;
+  side_over(surface, body, !cap_is_upper, box, &disc, true, sheet);
+  if (!sheet.tangent) return rim;
+  const double sign = cap_is_upper ? 1 : -1;
+  PlanFunction f = rim;
+  f.v = sign * (cap.c - sheet.c);
+  f.cgx = sign * (cap.gx - sheet.gx);
+  f.cgy = sign * (cap.gy - sheet.gy);
+  f.gx = scale({cap.gx - sheet.zx.hi, cap.gx - sheet.zx.lo}, sign);
+  f.gy = scale({cap.gy - sheet.zy.hi, cap.gy - sheet.zy.lo}, sign);
+  f.bend = sheet.hi - sheet.lo;
+  f.exact = false;
+  f.hxx = f.hxy = f.hyy = 0;
+  const Range rest = scale({-sheet.hi, -sheet.lo}, sign);
+  const double reach = std::fabs(f.cgx) * box.hx + std::fabs(f.cgy) * box.hy;
+  f.lo = f.v - reach + rest.lo;
+  f.hi = f.v + reach + rest.hi;
+  return f.regular() ? f : rim;
+}
+
 }  // namespace
 
 Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box) {
@@ -224,7 +254,13 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
       outside = r.f.hi < -tiny && above.hi < -slack;
       borders = r.f.lo <= tiny && r.f.hi >= -tiny && above.lo <= slack;
     }
-    if (borders && !outside) out.shadow.push(r.f);
+    if (borders && !outside) {
+      const PlanFunction f =
+          between ? border_of_steep_cap(surface, body, cap_is_upper, l, box, disc, r.f) : r.f;
+      // Heights on a steep cap are off by the slack in plan.
+      const double off = r.f.exact == f.exact ? kUnbounded : slack * (1 + most(f.gx) + most(f.gy));
+      if (f.lo <= off && f.hi >= -off) out.shadow.push(f);
+    }
     if (cap_is_upper == upper && between) {
       r.side_hidden = r.f.lo > 0;  // the cap cuts the body before the side's root
       r.cap_hidden = r.f.hi < 0 && above.lo > slack;  // the cap is beyond the root

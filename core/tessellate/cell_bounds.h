@@ -129,6 +129,11 @@ struct PlanFunction {
   [[nodiscard]] bool regular_x() const { return gx.lo > 0 || gx.hi < 0; }
   [[nodiscard]] bool regular_y() const { return gy.lo > 0 || gy.hi < 0; }
   [[nodiscard]] bool regular() const { return regular_x() || regular_y(); }
+  // The direction of its gradient is within some 31 degrees of that in the middle all over the box,
+  // or it is two graphs: an arc of its zero line is close to its chord, so that points of the chord
+  // lead to points of the arc. (A gradient that changes its length alone, as between two lines that
+  // are nearly one, bends nothing.)
+  [[nodiscard]] bool is_nearly_straight() const;
   // What of its zero line is in the box enters and leaves.
   [[nodiscard]] bool passes() const { return regular() || two != TwoGraphs::kNo; }
 };

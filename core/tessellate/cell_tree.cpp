@@ -24,15 +24,6 @@ constexpr double kOtherCut = 0.0021;
 constexpr double kWider = 16;  // least cells of what is grown anew (SearchBudget::cells)
 constexpr double kWidest = 1 << 20;
 
-// The direction of a function's gradient turns by less than some 35 degrees over the cell: an arc
-// in it is close to its chord, so that points of the chord lead to points of the arc.
-bool nearly_straight(const PlanFunction& f) {
-  if (f.two != TwoGraphs::kNo) return true;
-  const double mx = 0.5 * (f.gx.lo + f.gx.hi), my = 0.5 * (f.gy.lo + f.gy.hi);
-  return 0.5 * (f.gx.hi - f.gx.lo) + 0.5 * (f.gy.hi - f.gy.lo) <
-         0.6 * std::hypot(mx, my);  // false for NaN
-}
-
 }  // namespace
 
 CellTree::CellTree(const CompoundSurface::Impl& surface, const PlanBox& box,
@@ -142,8 +133,8 @@ bool CellTree::decide(Sprout& sprout, std::int32_t cell, std::vector<std::uint32
   CellVerdict verdict;
   classify(surface_, vertices_, box, here, limits_.flat, verdict);
   if (verdict.kind == CellKind::kArc || verdict.kind == CellKind::kCorner) {
-    const bool straight =
-        std::all_of(verdict.functions.begin(), verdict.functions.end(), nearly_straight);
+    const bool straight = std::all_of(verdict.functions.begin(), verdict.functions.end(),
+                                      [](const PlanFunction& f) { return f.is_nearly_straight(); });
     if (!straight) {
       verdict.kind = is_shallow(verdict, box, limits_.flat) ? CellKind::kLeast : CellKind::kUnknown;
     }

@@ -222,7 +222,7 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
   }
   v.kind = CellKind::kUnknown;
   if (fs.count == 1) {
-    if (fs[0].regular()) v.kind = CellKind::kArc;
+    if (fs[0].regular() && fs[0].two == TwoGraphs::kNo) v.kind = CellKind::kArc;
     // The apex of a tilted cone on its own silhouette is a body vertex below.
     if (v.kind == CellKind::kArc) return;
   }
@@ -230,7 +230,7 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
   Meeting least = fs.count > 0 ? Meeting::kNever : Meeting::kUnknown;  // of any two
   for (const PlanFunction& f : fs) {
     if (!f.passes()) least = Meeting::kUnknown;
-    v.branched = v.branched || !f.regular();
+    v.branched = v.branched || f.two != TwoGraphs::kNo;
   }
   const LinePairs pairs(v, box, surface.tie);
   for (int i = 0; i < fs.count && least != Meeting::kUnknown; ++i) {
@@ -319,7 +319,7 @@ bool is_star(const CellVerdict& v, const CellBox& box, double tie) {
   const FunctionList& fs = v.functions;
   const LinePairs pairs(v, box, tie);
   for (int i = 0; i < fs.count; ++i) {
-    if (!fs[i].regular()) return false;
+    if (!fs[i].regular() || fs[i].two != TwoGraphs::kNo) return false;
     for (int j = 0; j < i; ++j) {
       // (Lines that run side by side have no corner.)
       if (!is_transverse(fs[i], fs[j]) && pairs.of(i, j) != LinePairs::Meeting::kOnceAtMost)

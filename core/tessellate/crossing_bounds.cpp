@@ -1,6 +1,9 @@
 // Where two faces change places over a plan box: enclosures of their crossing.
 // SPDX-License-Identifier: Apache-2.0
+
+#include <Eigen/Geometry>
 #include <cmath>
+#include <utility>
 
 #include "core/tessellate/cell_bounds.h"
 #include "core/tessellate/plan_polynomials.h"
@@ -78,20 +81,73 @@ bool pencil_over(const Impl& surface, const FaceOver& f, const FaceOver& g, cons
   return true;
 }
 
+// Two round cylinders of one radius whose axes meet, as the rounded edges of a block do in its
+// corner: they cross in the planes that halve the angles between their axes, and the curve's plan
+// is the conic in which such a plane cuts the one, or a straight line where it is upright. Neither
+// minds a silhouette. False where the two are others, where in the box they may cross in both
+// planes, or in none.
+bool mitre_over(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box,
+                PlanFunction& p) {
+  const BodyLine& line = surface.bodies[static_cast<std::size_t>(f.solid)];
+  const auto* one = std::get_if<QuadricBody>(&line.body());
+  const auto* two =
+      std::get_if<QuadricBody>(&surface.bodies[static_cast<std::size_t>(g.solid)].body());
+  const auto is_round = [](const QuadricBody* body) {
+    return body != nullptr && body->shape == QuadricShape::kCylinder && body->A == body->B;
+  };
+  if (!is_round(one) || !is_round(two) || one->A != two->A) return false;
+  const Vec3 a = one->frame.row(2), b = two->frame.row(2), normal = a.cross(b);
+  // What rounding may leave between axes that meet, of the size; a sine under which they are one.
+  constexpr double kNothing = 1e-14, kParallel = 1e-3;
+  const double sine = normal.norm();
+  const Vec3 apart = two->p - one->p;
+  if (!(sine > kParallel) || std::fabs(apart.dot(normal)) > kNothing * sine * surface.size)
+    return false;
+  const Vec3 centre = one->p + apart.cross(b).dot(normal) / (sine * sine) * a;
+  // n·(r - centre) on a face over the box.
+  const auto may_vanish = [&](const Vec3& n, const FaceOver& face) {
+    const double v = n.dot(Vec3(box.x, box.y, face.c) - centre);
+    const double reach =
+        std::fabs(n.x() + n.z() * face.gx) * box.hx + std::fabs(n.y() + n.z() * face.gy) * box.hy;
+    const Range rest = scale({face.lo, face.hi}, n.z());
+    return v + reach + rest.hi >= 0 && v - reach + rest.lo <= 0;
+  };
+  const auto may_cross = [&](const Vec3& n) { return may_vanish(n, f) && may_vanish(n, g); };
+  const Vec3 inner = a - b, outer = a + b;
+  if (may_cross(inner) == may_cross(outer)) return false;
+  const Vec3& n = may_cross(inner) ? inner : outer;
+  const double v = n.dot(Vec3(box.x, box.y, centre.z()) - centre);
+  constexpr double kUpright = 1e-4;
+  if (std::fabs(n.z()) <= kUpright * n.norm()) {
+    // On the plane heights run off; in plan it is as wide as the bars are high there.
+    if (n.z() != 0) return false;
+    p.take_values(
+        function_of({v, n.x(), n.y(), 0, 0, 0}, box, PlanFunction::Kind::kCrossing, f.solid, 0));
+    return true;
+  }
+  const SideQuadratic& s = line.side();
+  const Linear plane{centre.z() - v / n.z(), -n.x() / n.z(), -n.y() / n.z()};
+  p.take_values(function_of(side_on(s, box.x - s.cx, box.y - s.cy, plane), box,
+                            PlanFunction::Kind::kCrossing, f.solid, 0));
+  return true;
+}
+
 // Where a side all but touches a plane the conic in which they meet is two lines a hair apart, or
 // none: seen from its roots along one axis, which are two, or none, all over the box.
 // `least`: what the form has to be beyond zero between the two, lest ties make them one.
 // Source: the discriminant of a conic by rows is a polynomial of degree two; it lies between its
 //         Bernstein coefficients.
 void part_branches(const CellBox& box, double least, PlanFunction& p) {
-  if (!p.exact || p.regular()) return;
+  if (!p.exact) return;
   struct Rows {  // the form is a u² + 2 (b0 + b1 v) u + c0 + c1 v + c2 v², u along the rows
     double a, b0, b1, c0, c1, c2, h;
     TwoGraphs graphs;
   };
-  const Rows ways[2] = {
+  Rows ways[2] = {
       {0.5 * p.hxx, 0.5 * p.cgx, 0.5 * p.hxy, p.v, p.cgy, 0.5 * p.hyy, box.hy, TwoGraphs::kOverY},
       {0.5 * p.hyy, 0.5 * p.cgy, 0.5 * p.hxy, p.v, p.cgx, 0.5 * p.hxx, box.hx, TwoGraphs::kOverX}};
+  // Across the lines first.
+  if (std::fabs(ways[0].a) < std::fabs(ways[1].a)) std::swap(ways[0], ways[1]);
   for (const Rows& r : ways) {
     if (r.a == 0) continue;
     const double d0 = r.b0 * r.b0 - r.a * r.c0, d1 = 2 * r.b0 * r.b1 - r.a * r.c1,
@@ -113,7 +169,8 @@ void part_branches(const CellBox& box, double least, PlanFunction& p) {
       straight = straight && std::fabs(std::atan((-r.b1 + sign * at_first) / r.a) -
                                        std::atan((-r.b1 + sign * at_last) / r.a)) < kStraight;
     }
-    if (straight) p.two = r.graphs;
+    if (!straight) continue;
+    p.two = r.graphs;
     return;
   }
 }
@@ -129,6 +186,19 @@ bool is_far_steeper(const FaceOver& plane, const FaceOver& side) {
 }
 
 }  // namespace
+
+bool PlanFunction::is_nearly_straight() const {
+  if (two != TwoGraphs::kNo) return true;
+  constexpr double kTangent = 0.6;
+  const double mx = 0.5 * (gx.lo + gx.hi), my = 0.5 * (gy.lo + gy.hi);
+  for (const double x : {gx.lo, gx.hi}) {
+    for (const double y : {gy.lo, gy.hi}) {
+      // (False for NaN.)
+      if (!(std::fabs(mx * y - my * x) < kTangent * (mx * x + my * y))) return false;
+    }
+  }
+  return true;
+}
 
 bool sides_run_apart(const Impl& surface, const FaceOver& f, const FaceOver& g,
                      const CellBox& box) {
@@ -181,7 +251,8 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
       const PlanFunction q = function_of(side_on(s, dx, dy, {height->c, height->gx, height->gy}),
                                          box, PlanFunction::Kind::kCrossing, f.solid, 0);
       p.take_values(q);
-      if (!(p.lo > 0 || p.hi < 0) && !p.regular()) {
+      // (Two lines along an axis are regular across it by what they lean, which says little.)
+      if (!(p.lo > 0 || p.hi < 0) && !(p.regular() && p.is_nearly_straight())) {
         const double reach = std::fabs(height->gx) * box.hx + std::fabs(height->gy) * box.hy;
         const double t = height->c - s.cz;
         const Range rise = side_gradient(s, dx, dy, box, {t - reach, t + reach}).t;
@@ -201,7 +272,7 @@ PlanFunction crossing_over(const Impl& surface, const FaceOver& f, const FaceOve
     p.bend = kUnbounded;
     if (f.side && g.side && f.has_mid && g.has_mid) {
       PlanFunction q = p;
-      if (pencil_over(surface, f, g, box, q)) {
+      if (pencil_over(surface, f, g, box, q) || mitre_over(surface, f, g, box, q)) {
         q.implicit_side = false;
         // Elsewhere than over the whole box a side that does not meet the other may still be the
         // higher of the two here and be gone there.

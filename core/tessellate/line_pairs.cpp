@@ -104,17 +104,23 @@ bool is_transverse(const PlanFunction& f, const PlanFunction& g) {
 }
 
 LinePairs::Meeting LinePairs::on_line(const PlanFunction& line, const PlanFunction& conic) const {
-  if (!is_straight(line) || !conic.exact) return Meeting::kUnknown;
+  if (!conic.exact || (line.cgx == 0 && line.cgy == 0)) return Meeting::kUnknown;
+  // How far a line that is all but straight, as where a face that leans by last digits ends at a
+  // bar, is from its straight part.
+  const bool straight = is_straight(line);
+  const double aside = straight ? 0 : line.bend / std::hypot(line.cgx, line.cgy);
+  if (!(aside <= std::fmax(box_.hx, box_.hy))) return Meeting::kUnknown;
   // (What meets beyond the box by ties may do so in it as it is evaluated.)
-  const double beyond = kLineSlack * tie_;
+  const double beyond = kLineSlack * tie_ + aside;
   const OnLine r = restrict_to(line, conic, {box_.x, box_.y, box_.hx + beyond, box_.hy + beyond});
   if (!r.inside) return Meeting::kNever;
   const double steep = std::fmax(std::fabs(conic.gx.lo), std::fabs(conic.gx.hi)) +
                        std::fmax(std::fabs(conic.gy.lo), std::fabs(conic.gy.hi));
-  const double close = kLineSlack * tie_ * steep;
+  const double close = beyond * steep;
   if (std::fmin(std::fmin(r.first, r.middle), r.last) > close ||
       std::fmax(std::fmax(r.first, r.middle), r.last) < -close)
     return Meeting::kNever;
+  if (!straight) return Meeting::kUnknown;
   // What rounding leaves of a slope along the line.
   const double level = 0x1p-40 * steep;
   if (std::fmin(r.slope_first, r.slope_last) > level ||

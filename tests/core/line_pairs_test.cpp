@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "core/compound/compound_impl.h"
@@ -134,6 +135,93 @@ TEST(LinePairs, AConicThatFollowsALine) {
   conic.v = 0;
   conic.cgy = 1.6e-11;
   EXPECT_FALSE(same_line(line, conic, box, 1e-12));
+}
+
+TEST(LinePairs, ALineThatIsAllButStraightBesideAConic) {
+  auto [box, line, conic] = LineAndConic();
+  conic.v = 1e-6;
+  conic.gy = {0, 0};
+  line.exact = false;
+  line.bend = 1e-8;  // off by no more in plan
+  CellVerdict both;
+  both.functions.push(line);
+  both.functions.push(conic);
+  const LinePairs pairs(both, box, 1e-12);
+  both.functions[1].bend = 1e300;  // lest enclosures tell
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kNever);
+  both.functions[0].bend = 1e-6;
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kUnknown);
+  // How it runs along the conic is not known, even where it would meet a straight one once.
+  both.functions[0].bend = 1e-8;
+  both.functions[1].v = 0;
+  both.functions[1].cgy = 1e-6, both.functions[1].gy = {1e-6, 1e-6};
+  EXPECT_EQ(pairs.of(0, 1), LinePairs::Meeting::kUnknown);
+}
+
+TEST(PlanFunction, BendsByItsDirectionNotByItsLength) {
+  PlanFunction f;
+  f.gx = {1e-9, 2e-9};
+  f.gy = {1, 9};
+  EXPECT_TRUE(f.is_nearly_straight());
+  f.gx = {-3, 3};
+  EXPECT_FALSE(f.is_nearly_straight());
+  f.gx = {0, 0};
+  f.gy = {-1e-3, 1};  // two lines in one box
+  EXPECT_FALSE(f.is_nearly_straight());
+  f.two = TwoGraphs::kOverX;
+  EXPECT_TRUE(f.is_nearly_straight());
+}
+
+// Bars that are a drawing's rounded edges along the axes: their two lines have a gradient across
+// them alone, or but for last digits, which is no reason to call that regular.
+TEST(LinePairs, TwoLinesAlongAnAxis) {
+  for (const char* y : {"30", "30.00000001"}) {
+    const Verdict at(die(block("-5") + cylinder("S2", "20,30,2.0000002",
+                                                "40," + std::string(y) + ",2.0000002", "3"),
+                         "+S1+S2"),
+                     30, 30, 1);
+    EXPECT_EQ(at.verdict.kind, CellKind::kCorner) << y;
+    EXPECT_TRUE(at.verdict.branched) << y;
+    ASSERT_EQ(at.verdict.functions.count, 1) << y;
+    EXPECT_EQ(at.verdict.functions[0].two, TwoGraphs::kOverX) << y;
+  }
+}
+
+// Two equal bars of one corner, the one all but upright: beside the point where both silhouettes
+// and both planes of their mitre meet their crease has a bound all the same.
+TEST(CellBounds, EqualBarsMitreBesideBothSilhouettes) {
+  const Verdict at(
+      "SOLID-DEF\n" +
+          cylinder("S8", "34.361396,60.923793,2.780061", "34.366463,60.895189,-0.324799", "2") +
+          cylinder("S16", "30.679557,81.708481,-0.522556", "34.366463,60.895189,-0.324799", "2") +
+          "BSURF-DEF\nPLANE,2\nBOOLE-DEF\nB-S8-S16\nMACHI-DEF\nX-RNG,0,100\n"
+          "Y-RNG,0,100\nTOLER,.01\n",
+      32.390, 60.5893, 2e-3);
+  bool crosses = false;
+  for (const PlanFunction& f : at.verdict.functions) {
+    if (f.kind != PlanFunction::Kind::kCrossing || f.solid < 0) continue;
+    crosses = true;
+    EXPECT_TRUE(f.regular());
+    EXPECT_TRUE(f.exact);
+  }
+  EXPECT_TRUE(crosses);
+}
+
+// A bar that rises by 1 in 3900: its lower cap is an ellipse 1.5e-3 wide and 6 long in plan, of
+// which one half is where the bar ends.
+TEST(CellBounds, TheRimOfACapThatIsAllButUprightIsOneLine) {
+  const Verdict at("SOLID-DEF\n" + cylinder("S1", "60,50,0", "99,50,0.01", "3") +
+                       "BSURF-DEF\nPLANE,-5\nBOOLE-DEF\nB+S1\nMACHI-DEF\nX-RNG,0,100\n"
+                       "Y-RNG,0,100\nTOLER,.01\n",
+                   60, 50.5, 0.2);
+  EXPECT_EQ(at.verdict.kind, CellKind::kArc);
+  ASSERT_EQ(at.verdict.functions.count, 1);
+  const PlanFunction& rim = at.verdict.functions[0];
+  EXPECT_EQ(rim.kind, PlanFunction::Kind::kRim);
+  // Inside the bar positive; on the rim, at the half that stands out, zero.
+  const double lean = 0.01 / 39, up = std::sqrt(9 - 0.25);
+  EXPECT_GT(rim.cgx, 0);
+  EXPECT_NEAR(rim.v / rim.cgx, up * lean, 0.02 * up * lean);
 }
 
 }  // namespace
