@@ -7,6 +7,7 @@
 #include <string>
 
 #include "convert/arguments.h"
+#include "core/parallel.h"
 
 namespace diesink {
 
@@ -15,9 +16,8 @@ CommandApp::CommandApp(const Command& command)
       run(command.setup(*app)),
       common(std::make_unique<CommonOptions>()),
       threads(std::make_unique<std::optional<int>>()) {
-  constexpr int kMaxThreads = 1024;
   add_whole_number(*app, "--threads", *threads, "threads to use (default: all cores)", 1,
-                   kMaxThreads);
+                   kMostThreads);
   app->add_flag("--quiet", common->quiet, "no progress and no summary");
   if (command.reports) {
     app->add_flag("--json", common->json, "one JSON object on stdout, nothing else there");

@@ -106,9 +106,10 @@ ProgressSpan::ProgressSpan() : ProgressSpan(nobody, 0, 1) {}
 ProgressSpan::~ProgressSpan() { innermost_span = outer_; }
 
 int thread_count(int asked) {
-  if (asked > 0) return asked;
+  if (asked > 0) return std::min(asked, kMostThreads);
   // Asked of the system once: it opens files for it.
-  static const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  static const int cores =
+      std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMostThreads);
   return cores;
 }
 

@@ -7,7 +7,10 @@
 
 namespace diesink {
 
-// Threads to use: `asked`, or all cores where it is 0 or less.
+// More are never used: what each thread needs is held for all that are asked for.
+inline constexpr int kMostThreads = 1024;
+
+// Threads to use: `asked`, or all cores where it is 0 or less; kMostThreads at most.
 int thread_count(int asked);
 
 // While one lives, parallel_blocks() called by the same thread tells how much of its work is done:

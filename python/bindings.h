@@ -36,10 +36,11 @@ inline void check(const Status& status) {
   if (!status) raise(status.error());
 }
 
-// Raises unless `value`, where there is one, is a finite number above 0.
+// Raises unless `value`, where there is one, is a number above 0 and at most 1e9.
 void check_positive(const char* name, const std::optional<double>& value);
-// The same for one that is finite and not negative.
+// The same for one from 0 on, and for one of either sign.
 void check_not_negative(const char* name, const std::optional<double>& value);
+void check_number(const char* name, const std::optional<double>& value);
 
 // A file name for formats/, where "-" alone would mean stdin or stdout.
 std::string file_name(const std::filesystem::path& path);

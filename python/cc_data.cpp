@@ -99,7 +99,7 @@ CcArrays finished(py::array x, py::array y, Filling& filling,
 // Finite numbers, ascending; what else there is raises.
 std::vector<double> lines_of(const char* name, const py::object& given) {
   const Given<double> array = Given<double>::ensure(given);
-  if (!array) throw py::error_already_set();
+  if (!array) raise_usage(std::string(name) + " needs numbers");
   if (array.ndim() != 1 || array.size() == 0) {
     raise_usage(std::string(name) + " needs one axis with at least one number");
   }
@@ -119,7 +119,7 @@ CcArrays evaluate(const Part& part, const py::object& x, const py::object& y, in
   const py::object numpy = py::module_::import("numpy");
   const py::sequence both = numpy.attr("broadcast_arrays")(x, y);
   const Given<double> xs = Given<double>::ensure(both[0]), ys = Given<double>::ensure(both[1]);
-  if (!xs || !ys) throw py::error_already_set();
+  if (!xs || !ys) raise_usage("x and y need numbers");
   const Shape shape(xs.shape(), xs.shape() + xs.ndim());
   Filling filling(shape);
   const double *px = xs.data(), *py = ys.data();

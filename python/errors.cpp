@@ -8,6 +8,8 @@
 namespace diesink::python {
 namespace {
 
+constexpr double kLargestNumber = 1e9;  // as in part programs
+
 // Set once when the module is loaded, and kept as long as the interpreter runs.
 PyObject* error_class = nullptr;
 
@@ -69,14 +71,21 @@ void raise_usage(std::string message) {
 }
 
 void check_positive(const char* name, const std::optional<double>& value) {
-  if (!value || (std::isfinite(*value) && *value > 0)) return;
-  raise_usage(std::string(name) + " needs a number above 0 (got " + std::to_string(*value) + ")");
+  if (!value || (*value > 0 && *value <= kLargestNumber)) return;
+  raise_usage(std::string(name) + " needs a number above 0 and at most 1e9 (got " +
+              number_text(*value) + ")");
 }
 
 void check_not_negative(const char* name, const std::optional<double>& value) {
-  if (!value || (std::isfinite(*value) && *value >= 0)) return;
-  raise_usage(std::string(name) + " needs a number that is not negative (got " +
-              std::to_string(*value) + ")");
+  if (!value || (*value >= 0 && *value <= kLargestNumber)) return;
+  raise_usage(std::string(name) + " needs a number from 0 to 1e9 (got " + number_text(*value) +
+              ")");
+}
+
+void check_number(const char* name, const std::optional<double>& value) {
+  if (!value || std::fabs(*value) <= kLargestNumber) return;
+  raise_usage(std::string(name) + " needs a number from -1e9 to 1e9 (got " + number_text(*value) +
+              ")");
 }
 
 std::string file_name(const std::filesystem::path& path) {

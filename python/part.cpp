@@ -4,7 +4,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <array>
-#include <cmath>
 #include <tuple>
 
 #include "convert/console.h"
@@ -176,7 +175,7 @@ PathRequest path_request(const PathWords& words) {
   for (const auto& [name, value] : {std::pair{"intol", words.intol}, {"outtol", words.outtol}}) {
     check_not_negative(name, value);
   }
-  if (words.clear && !std::isfinite(*words.clear)) raise_usage("clear needs a finite number");
+  check_number("clear", words.clear);
   if (words.interval && words.cusp) raise_usage("interval and cusp exclude each other");
   PathRequest request;
   request.cutter = words.cutter;

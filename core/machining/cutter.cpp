@@ -7,9 +7,11 @@ namespace diesink {
 
 Result<CutterShape> CutterShape::make(const Cutter& cutter) {
   const double radius = cutter.diameter / 2;
-  if (!std::isfinite(radius) || !(radius > 0)) {
+  constexpr double kLargestDiameter = 1e9;  // as lengths in part programs
+  if (!(cutter.diameter > 0 && cutter.diameter <= kLargestDiameter)) {
     return Error{ErrorCode::kInput,
-                 "a cutter's diameter must be positive (got " + number_text(cutter.diameter) + ")",
+                 "a cutter's diameter must be positive and at most 1e9 (got " +
+                     number_text(cutter.diameter) + ")",
                  {}};
   }
   if (!(cutter.corner_radius >= 0) || cutter.corner_radius > radius * (1 + 1e-9)) {

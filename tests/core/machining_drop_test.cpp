@@ -413,6 +413,7 @@ TEST(OffsetSurface, SharedAndSplitVerticesDropTheSame) {
 TEST(CutterShape, RefusesWhatIsNoCutter) {
   EXPECT_FALSE(CutterShape::make({0, 0}));
   EXPECT_FALSE(CutterShape::make({-1, 0}));
+  EXPECT_FALSE(CutterShape::make({1e300, 1}));
   EXPECT_FALSE(CutterShape::make({6, 3.1}));
   EXPECT_FALSE(CutterShape::make({6, -0.1}));
   EXPECT_FALSE(CutterShape::make({std::nan(""), 0}));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <stdexcept>
@@ -34,6 +35,12 @@ class Told {
 };
 
 void nothing(std::size_t, std::size_t, int) {}
+
+TEST(Parallel, NoMoreThreadsThanCanBeHeld) {
+  EXPECT_EQ(thread_count(3), 3);
+  EXPECT_GE(thread_count(-1), 1);
+  EXPECT_EQ(thread_count(std::numeric_limits<int>::max()), kMostThreads);
+}
 
 TEST(Parallel, EveryBlockOnce) {
   for (const int threads : {1, 2, 5}) {

@@ -77,6 +77,10 @@ def test_grid_and_points_agree(fig6):
         np.testing.assert_array_equal(getattr(grid, each), getattr(points, each))
     one = fig6.grid(x, y, threads=1)
     np.testing.assert_array_equal(grid.z, one.z)
+    np.testing.assert_array_equal(grid.z, fig6.grid(x, y, threads=10**9).z)
+    for ask in (fig6.grid, fig6.evaluate):
+        with pytest.raises(diesink.Error, match="numbers"):
+            ask(["a"], ["b"])
     with pytest.raises(diesink.Error, match="ascend"):
         fig6.grid([2, 1], [1])
 

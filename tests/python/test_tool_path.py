@@ -69,7 +69,8 @@ def test_method_cc_gives_its_contacts(ball):
 
 def test_what_is_wrong_is_told(ball, path, tmp_path):
     for wrong in ({}, {"cutter": (2, 3)}, {"cutter": CUTTER, "interval": 1, "cusp": 0.1}, {"cutter": CUTTER, "along": "z"},
-                  {"cutter": CUTTER, "along": "u"}, {"cutter": CUTTER, "interval": -1}, {"cutter": CUTTER, "method": "fast"}):
+                  {"cutter": CUTTER, "along": "u"}, {"cutter": CUTTER, "interval": -1}, {"cutter": CUTTER, "method": "fast"},
+                  {"cutter": (1e300, 1)}, {"cutter": CUTTER, "clear": 1e300}, {"cutter": CUTTER, "feed": 1e10}):
         with pytest.raises(diesink.Error):
             ball.cl(**wrong)
     with pytest.raises(diesink.Error, match="ending"):
