@@ -299,6 +299,7 @@ Status PathVerification::look_beside_walls() {
       points_beside_walls(lattice_, heights_.z, swept_.heights(), options_.intol);
   if (beside.empty()) return ok();
   std::vector<Vec3> places;
+  places.reserve(beside.size());
   for (const std::size_t k : beside) {
     places.emplace_back(lattice_.x(k % lattice_.columns), lattice_.y(k / lattice_.columns),
                         heights_.z[k]);
