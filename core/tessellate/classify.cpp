@@ -1,6 +1,7 @@
 // The Boolean expression over a box: which faces may win, and which functions may part them.
 // Source: equation (5) on enclosures in place of numbers.
 // SPDX-License-Identifier: Apache-2.0
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -314,6 +315,24 @@ void decide(const Impl& surface, const std::vector<BodyVertices>& vertices, cons
   }
 }
 
+// The common point of the planes of the faces that meet in a vertex: corners given to six decimals
+// lie beside their faces' planes by the last of them.
+Vec3 common_point(const Polyhedron& body, std::size_t vertex) {
+  const Vec3& p = body.vertices[vertex];
+  Mat3 m = Mat3::Zero();
+  Vec3 r = Vec3::Zero();
+  for (const PolyhedronFace& face : body.faces) {
+    if (std::find(face.loop.begin(), face.loop.end(), vertex) == face.loop.end()) continue;
+    const Vec3& n = face.plane.n;
+    m += n * n.transpose();
+    r += n * n.dot(body.vertices[face.loop[0]] - p);
+  }
+  // Faces that are nearly one plane tell no point.
+  constexpr double kFlat = 1e-6;
+  if (!(m.determinant() > kFlat)) return p;
+  return p + m.inverse() * r;
+}
+
 // Several lines no two of which meet more than once: one corner, if all of them run through it.
 bool is_star(const CellVerdict& v, const CellBox& box, double tie) {
   const FunctionList& fs = v.functions;
@@ -337,7 +356,8 @@ std::vector<BodyVertices> body_vertices(const Impl& surface) {
     const BodyLine& line = surface.bodies[k];
     std::vector<Vec3>& points = all[k].points;
     if (const Polyhedron* polyhedron = std::get_if<Polyhedron>(&line.body())) {
-      for (const Vec3& v : polyhedron->vertices) {
+      for (std::size_t i = 0; i < polyhedron->vertices.size(); ++i) {
+        const Vec3 v = common_point(*polyhedron, i);
         // Vertices over one another (upright edges) are one point of the plan; coincident ones too.
         bool known = false;
         for (const Vec3& p : points)

@@ -13,6 +13,9 @@ namespace diesink {
 namespace {
 
 constexpr int kNewtonSteps = 24;
+// Of the size: how far a common point of surfaces may be from each, half of what vertices of curves
+// are held to.
+constexpr double kCommon = 5e-10;
 
 }  // namespace
 
@@ -181,6 +184,16 @@ bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, d
       if (refs[i] == refs[j]) shared = j;
     }
   }
+  // Surfaces that have no common point, as a bar's silhouette and a plane level with it but for
+  // last digits, have a best one.
+  const auto holds = [&] {
+    for (int i = 0; i < 4; ++i) {
+      if (!(std::fabs(f[i].value(Vec3(at.x(), at.y(), i < 2 ? z1 : z2))) <=
+            kCommon * surface_->size))
+        return false;
+    }
+    return true;
+  };
   const double done = std::ldexp(surface_->size, -50);
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 2 * kNewtonSteps; ++k) {
@@ -213,10 +226,10 @@ bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, d
       step = delta.cwiseAbs().maxCoeff();
     }
     if (!(step < 1e3 * surface_->size)) return false;
-    if (step <= done || (k > 3 && step >= last && step <= 64 * done)) return true;
+    if (step <= done || (k > 3 && step >= last && step <= 64 * done)) return holds();
     last = step;
   }
-  return last <= 4096 * done;
+  return last <= 4096 * done && holds();
 }
 
 bool CurveSolver::double_point(const PlanCurve& curve, Vec2& at, double& z) const {

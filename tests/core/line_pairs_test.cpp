@@ -9,6 +9,7 @@
 
 #include "core/compound/compound_impl.h"
 #include "core/tessellate/cell_tree.h"
+#include "core/tessellate/implicit.h"
 #include "tests/support/load_part.h"
 #include "tests/support/named_cases.h"
 
@@ -222,6 +223,23 @@ TEST(CellBounds, TheRimOfACapThatIsAllButUprightIsOneLine) {
   const double lean = 0.01 / 39, up = std::sqrt(9 - 0.25);
   EXPECT_GT(rim.cgx, 0);
   EXPECT_NEAR(rim.v / rim.cgx, up * lean, 0.02 * up * lean);
+}
+
+// A corner of a block that leans, given to six decimals, is where its faces' planes meet.
+TEST(CellBounds, CornersLieOnTheirFaces) {
+  const CompoundSurface surface = surface_of(
+      die("S,4-PRIS,2\nP1,51.645449,54.103524,-7.817577\nP2,81.386461,66.815244,-7.817577\n"
+          "P3,78.228093,74.204727,-6.547126\nP4,48.487082,61.493007,-6.547126\nHEI,7.904081\n",
+          "-S"));
+  const CompoundSurface::Impl& impl = surface.impl();
+  const std::vector<Vec3> points = body_vertices(impl)[0].points;
+  ASSERT_EQ(points.size(), 8u);
+  for (const Vec3& p : points) {
+    int on = 0;
+    for (const std::uint8_t face : face_numbers(impl.bodies[0].body()))
+      on += std::fabs(face_implicit(impl.bodies[0], face).value(p)) < 1e-13 ? 1 : 0;
+    EXPECT_EQ(on, 3);
+  }
 }
 
 }  // namespace
