@@ -96,12 +96,13 @@ BaseSurface read_plane(const Statement& header, const StatementList& rest, Repor
     } else if (read_numbers(*s, 1, 3, false, keyword, plane.normal.data(), report)) {
       const bool zero = plane.normal.isZero(0);
       if (!zero) plane.normal = unit(plane.normal);
-      // Below 1e-9 the plane is steeper than the coordinate limit can follow.
-      if (zero || std::fabs(plane.normal[2]) < 1e-9) {
+      // A hundred metres of height a millimetre: no surface, but a wall given by last digits.
+      constexpr double kLeastUpward = 1e-5;
+      if (zero || std::fabs(plane.normal[2]) < kLeastUpward) {
         report.error(*s, s->fields[zero ? 1 : 3],
-                     zero
-                         ? "NOR must not be the zero vector"
-                         : "NOR lies in plan: a base plane must not be vertical (k must not be 0)");
+                     zero ? "NOR must not be the zero vector"
+                          : "NOR lies in plan: a base plane must not be vertical (k must not be 0, "
+                            "nor below 1e-5 of the length)");
       }
     }
   }
