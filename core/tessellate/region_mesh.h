@@ -35,7 +35,7 @@ struct RegionMesh {
 struct RegionOptions {
   double tolerance = 0;
   double min_angle = 0.40;   // radians in the chart
-  double flat_angle = 0.24;  // on planes, where only the grading beside fine borders asks for any
+  double flat_angle = 0.21;  // on planes, where only the grading beside fine borders asks for any
   double shortest = 0;
   double least_altitude = 0;      // of a triangle that has area
   double largest_coordinate = 0;  // of the finished mesh, if it is moved: vertices will round to it

@@ -18,7 +18,7 @@ constexpr double kSpacing = 0.93;
 // take almost twice the area. Where the nearest vertex is less than 1 / kRoomy of the full spacing
 // away, by less: as the square of that distance, like the gap beneath. Beside borders, whose
 // vertices stay on the face, a part of the gain is left.
-constexpr double kStandOff = 0.9, kRoomy = 1.5, kBorderShare = 0.15;
+constexpr double kStandOff = 0.95, kRoomy = 1.5, kBorderShare = 0.15;
 // Rounds of splitting chords that leave triangles too little of the tolerance.
 constexpr int kTightRounds = 3;
 // Rounds of splitting chords for triangles that look down.

@@ -311,7 +311,7 @@ TEST(ChordDeviation, NearAPointOfContactChordsHaveABoundByTheConeThere) {
   const auto at = [](double t) {
     return Vec3(1 + std::cos(t), std::sin(t), 2 * std::sin(0.5 * t));
   };
-  for (double t = 0.5; t > 1e-4; t *= 0.5) {
+  for (double t = 0.125; t > 1e-4; t *= 0.5) {
     const Vec3 a = at(t), b = at(2 * t), e = (b - a).normalized();
     double most = 0;
     for (int k = 1; k < 200; ++k) {
