@@ -17,7 +17,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRapidsAFeed = 5;
 
 std::size_t cell_of(double at, double from, double inv, int cells) {
-  return static_cast<std::size_t>(std::clamp((at - from) * inv, 0.0, cells - 1.0));
+  // The first where a cutter far larger than the part leaves no number.
+  return static_cast<std::size_t>(std::fmin(std::fmax((at - from) * inv, 0.0), cells - 1.0));
 }
 
 }  // namespace
