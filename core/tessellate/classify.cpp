@@ -458,6 +458,10 @@ void classify(const Impl& surface, const std::vector<BodyVertices>& vertices, co
     if (!shows) continue;
     steps[kept++] = i;
     if (body.shadow.count == 0 && body.rims.count == 0) continue;
+    // (A body that stands in the expression again has nothing new to say.)
+    if (std::any_of(seen.begin(), seen.end(),
+                    [&](const Seen& b) { return b.row == step.first_row; }))
+      continue;
     seen.push({step.first_row, shadows.count, body.shadow.count, rims.count, body.rims.count});
     for (const PlanFunction& f : body.shadow) shadows.push(f);
     for (const PlanFunction& f : body.rims) rims.push(f);

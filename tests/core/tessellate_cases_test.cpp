@@ -90,6 +90,13 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
 
+// A solid may stand in the expression as often as it likes; two dozen filled a cell's lists.
+TEST(DegenerateDies, OneSolidThirtyTimes) {
+  std::string terms;
+  for (int i = 0; i < 30; ++i) terms += i == 15 ? "\n+S" : "+S";
+  expect_certified(on_plane(sphere("S", "20,20,0", "5"), terms), 1500, 0.01);
+}
+
 // A pocket with a rounded foot, given to six decimals: the bar touches the leaning side in the edge
 // of the floor, reaches through it by a few last digits at the one end and leaves a sliver of floor
 // 1e-7 wide at the other. Cells were plain that showed another face in their corners, slivers of a
