@@ -98,7 +98,8 @@ PlanFunction border_of_steep_cap(const Impl& surface, const BodyLine& body, bool
                                  const Linear& cap, const CellBox& box, const PlanFunction& disc,
                                  const PlanFunction& rim) {
   constexpr double kSteep = 300;
-  if (!(std::fabs(cap.gx) + std::fabs(cap.gy) > kSteep) || !(disc.lo > 0) ||
+  if ((rim.regular() && rim.is_nearly_straight()) ||
+      !(std::fabs(cap.gx) + std::fabs(cap.gy) > kSteep) || !(disc.lo > 0) ||
       std::get<QuadricBody>(body.body()).shape != QuadricShape::kCylinder)
     return rim;
   FaceOver sheet;
@@ -122,6 +123,19 @@ PlanFunction border_of_steep_cap(const Impl& surface, const BodyLine& body, bool
 }
 
 }  // namespace
+
+bool PlanFunction::is_nearly_straight() const {
+  if (two != TwoGraphs::kNo) return true;
+  constexpr double kTangent = 0.6;
+  const double mx = 0.5 * (gx.lo + gx.hi), my = 0.5 * (gy.lo + gy.hi);
+  for (const double x : {gx.lo, gx.hi}) {
+    for (const double y : {gy.lo, gy.hi}) {
+      // (False for NaN.)
+      if (!(std::fabs(mx * y - my * x) < kTangent * (mx * x + my * y))) return false;
+    }
+  }
+  return true;
+}
 
 Range difference_over(const FaceOver& f, const FaceOver& g, const CellBox& box) {
   if (f.same >= 0 && f.same == g.same) return {0, 0};

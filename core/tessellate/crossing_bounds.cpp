@@ -1,6 +1,5 @@
 // Where two faces change places over a plan box: enclosures of their crossing.
 // SPDX-License-Identifier: Apache-2.0
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
@@ -119,7 +118,7 @@ bool mitre_over(const Impl& surface, const FaceOver& f, const FaceOver& g, const
   const double v = n.dot(Vec3(box.x, box.y, centre.z()) - centre);
   constexpr double kUpright = 1e-4;
   if (std::fabs(n.z()) <= kUpright * n.norm()) {
-    // On the plane heights run off; in plan it is as wide as the bars are high there.
+    // An upright plane is a line of the plan; of one that is all but upright heights say nothing.
     if (n.z() != 0) return false;
     p.take_values(
         function_of({v, n.x(), n.y(), 0, 0, 0}, box, PlanFunction::Kind::kCrossing, f.solid, 0));
@@ -186,19 +185,6 @@ bool is_far_steeper(const FaceOver& plane, const FaceOver& side) {
 }
 
 }  // namespace
-
-bool PlanFunction::is_nearly_straight() const {
-  if (two != TwoGraphs::kNo) return true;
-  constexpr double kTangent = 0.6;
-  const double mx = 0.5 * (gx.lo + gx.hi), my = 0.5 * (gy.lo + gy.hi);
-  for (const double x : {gx.lo, gx.hi}) {
-    for (const double y : {gy.lo, gy.hi}) {
-      // (False for NaN.)
-      if (!(std::fabs(mx * y - my * x) < kTangent * (mx * x + my * y))) return false;
-    }
-  }
-  return true;
-}
 
 bool sides_run_apart(const Impl& surface, const FaceOver& f, const FaceOver& g,
                      const CellBox& box) {
