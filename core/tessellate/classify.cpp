@@ -50,7 +50,8 @@ bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, con
 
 bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
   const Range d = difference_over(f, g, box);
-  return d.hi <= (1 - kEnclosureSlack) * surface.tie ||
+  // (Of two that touch, ties go to the one that is beyond the other on both sides.)
+  return (d.hi <= (1 - kEnclosureSlack) * surface.tie && !touches_from_above(surface, f, g, box)) ||
          (d.lo < -surface.tie && g.c - f.c > surface.tie &&
           (sides_run_apart(surface, f, g, box) || rises_above(surface, g, f, box))) ||
          touches_from_above(surface, g, f, box);

@@ -90,6 +90,21 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
 
+// A ball at the end of a bar, both cut by a bar along a block's top: where the seam of ball and bar
+// runs into that cut, cells are so small that the two are a tie apart. For evaluation the bar has
+// those ties, as it is beyond the ball on both sides of the seam; for cells the ball had them, and
+// the seam ended in nothing. 0.3 mm2 were told.
+TEST(DegenerateDies, SeamOfABallAndABarThatRunsIntoACut) {
+  expect_certified(
+      "SOLID-DEF\n" + sphere("S6", "59.896308,35.545981,13.108514", "1") +
+          cylinder("S13", "59.896308,68.296534,13.108514", "59.896308,35.545981,13.108514", "1") +
+          "S17,4-PRIS,2\nP1,50.59509,19.95518,0\nP2,62.673709,32.033799,0\n"
+          "P3,55.308266,39.399242,0\nP4,43.229647,27.320623,0\nHEI,.80397\n" +
+          cylinder("S22", "61.721628,31.081718,0", "54.356185,38.447161,0", "1.346445") +
+          "BOOLE-DEF\nS6+S13-S17-S22\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n",
+      2000, 0.05);
+}
+
 // A solid may stand in the expression as often as it likes; two dozen filled a cell's lists.
 TEST(DegenerateDies, OneSolidThirtyTimes) {
   std::string terms;
