@@ -80,14 +80,32 @@ void Tidier::join_close() {
   }
 }
 
+// All along the path there is a crease, and no peak within it.
+bool Tidier::stays_low(std::uint32_t n, const Path& path) const {
+  Vec2 middle = at(n);
+  for (const std::uint32_t m : path.between) {
+    const std::vector<LabelHeight>& heights = graph_.nodes[m].heights;
+    if (!((at(m) - at(n)).norm() <= low_) ||
+        !std::ranges::all_of(heights, [&](const LabelHeight& h) {
+          return std::fabs(h.z - heights.front().z) <= near_;
+        }))
+      return false;
+    middle += at(m);
+  }
+  middle /= static_cast<double>(path.between.size() + 1);
+  const LineState there = surface_.evaluate_face(middle.x(), middle.y());
+  return there.label != kNoLabel && !graph_.nodes[n].heights.empty() &&
+         std::fabs(there.z - graph_.nodes[n].heights.front().z) <= low_;
+}
+
 // Cells beside one another that have found the same corner, each a little beyond its border: the
 // ways out and back between them go.
 void Tidier::join_doubled_corners() {
   for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
     for (std::size_t k = 0; is_corner(n) && k < graph_.nodes[n].links.size(); ++k) {
-      const Path path = path_from(n, graph_.nodes[n].links[k], kReach * options_.least);
+      const Path path = path_from(n, graph_.nodes[n].links[k], low_);
       if (path.end == n || !graph_.nodes[path.end].corner ||
-          (at(path.end) - at(n)).norm() > near_ || !stays_beside(n, path)) {
+          (at(path.end) - at(n)).norm() > near_ || !(stays_beside(n, path) || stays_low(n, path))) {
         continue;
       }
       bool any = false;

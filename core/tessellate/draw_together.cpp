@@ -154,7 +154,9 @@ bool Tidier::remove_sliver_at(std::uint32_t corner, std::size_t& k) {
     const Path a = path_from(corner, links[k]);
     if (a.end == corner && a.links.back() == links[(k + 1) % links.size()]) {
       // Out and back: of no width, or among least cells beside what is left.
-      if (!stays_beside(corner, a) || (a.between.size() > 1 && links.size() == 2)) continue;
+      if (!(stays_beside(corner, a) || stays_low(corner, a)) ||
+          (a.between.size() > 1 && links.size() == 2))
+        continue;
       drop(corner, a);
       return true;
     }

@@ -18,6 +18,9 @@ using Impl = CompoundSurface::Impl;
 // Cells' widths over which neighbours may have found one corner, and over which the corner where a
 // sliver opens may lie from where the cells saw it open.
 inline constexpr double kReach = 16, kLongReach = 4096;
+// Part of the tolerance, and cells' widths, over which creases may lead from one find of a corner
+// to another.
+inline constexpr double kLowReach = 0.1, kLowCells = 256;
 
 class Tidier {
  public:
@@ -26,7 +29,9 @@ class Tidier {
         options_(options),
         graph_(graph),
         solver_(surface),
-        near_(1e-9 * surface.size) {}
+        near_(1e-9 * surface.size),
+        low_(std::fmax(kReach * options.least,
+                       std::fmin(kLowReach * options.tolerance, kLowCells * options.least))) {}
 
   void run() {
     join_close();
@@ -96,6 +101,7 @@ class Tidier {
   // (No farther than to the first node more than `reach` from n, where that is given.)
   [[nodiscard]] Path path_from(std::uint32_t n, std::uint32_t l, double reach = HUGE_VAL) const;
   [[nodiscard]] bool stays_beside(std::uint32_t n, const Path& path) const;
+  [[nodiscard]] bool stays_low(std::uint32_t n, const Path& path) const;
   std::vector<Vec2> points_of(std::uint32_t start, const Path& path);
   bool is_thin(std::uint32_t start, const Path& a, const Path& b);
   void drop(std::uint32_t start, const Path& path);
@@ -110,6 +116,7 @@ class Tidier {
   CellGraph& graph_;
   CurveSolver solver_;
   double near_;  // 1e-9 of the size: what vertices of curves are held to
+  double low_;   // how far cells reach in which a crease is too low to matter
   std::vector<std::array<Middle, 2>> middles_;  // of each link, from its either end
 };
 

@@ -105,6 +105,18 @@ TEST(DegenerateDies, SeamOfABallAndABarThatRunsIntoACut) {
       2000, 0.05);
 }
 
+// Equal cylinders crossing, as a boss and as a pocket: about the point in which their creases cross
+// they are so low that cells stay wide, and two of them find it. At 0.01 something was told.
+TEST(DegenerateDies, SteinmetzAtAnyTolerance) {
+  const std::string die =
+      "SOLID-DEF\n" + cylinder("C1", "5,20,0", "35,20,0", "6") +
+      cylinder("C2", "20,5,0", "20,35,0", "6") + cylinder("D1", "45,20,0", "75,20,0", "6") +
+      cylinder("D2", "60,5,0", "60,35,0", "6") +
+      "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+C1+C2-D1-D2\nMACHI-DEF\nX-RNG,0,80\nY-RNG,0,40\n";
+  for (const double tolerance : {0.1, 0.03, 0.02, 0.015, 0.01, 0.008, 0.005, 0.003, 0.001})
+    expect_certified(die, static_cast<std::size_t>(130 / tolerance), tolerance);
+}
+
 // A solid may stand in the expression as often as it likes; two dozen filled a cell's lists.
 TEST(DegenerateDies, OneSolidThirtyTimes) {
   std::string terms;
