@@ -93,18 +93,21 @@ bool side_over(const Impl& surface, const BodyLine& body, bool upper, const Cell
 
 // The rim of a cap that is all but upright is two lines a hair apart in plan, of which one borders
 // the shadow: where the cap meets the far sheet of the side, a lower cap the upper one. That is one
-// regular function, the difference of their heights, positive inside; `rim` where it is none.
-PlanFunction border_of_steep_cap(const Impl& surface, const BodyLine& body, bool cap_is_upper,
-                                 const Linear& cap, const CellBox& box, const PlanFunction& disc,
-                                 const PlanFunction& rim) {
+// regular function, the difference of their heights, positive inside, which takes the place of the
+// rim's conic. False where it is none, or the conic is good enough.
+bool take_border_of_steep_cap(const Impl& surface, const BodyLine& body, bool cap_is_upper,
+                              const Linear& cap, const CellBox& box, const PlanFunction& disc,
+                              PlanFunction& rim) {
+  // Slopes from which on the two lines lie closer than a three-hundredth of the rim's radius: cells
+  // that small along a rim are still few.
   constexpr double kSteep = 300;
-  if ((rim.regular() && rim.is_nearly_straight()) ||
-      !(std::fabs(cap.gx) + std::fabs(cap.gy) > kSteep) || !(disc.lo > 0) ||
+  if (!(std::fabs(cap.gx) + std::fabs(cap.gy) > kSteep) ||
+      (rim.regular() && rim.is_nearly_straight()) || !(disc.lo > 0) ||
       std::get<QuadricBody>(body.body()).shape != QuadricShape::kCylinder)
-    return rim;
+    return false;
   FaceOver sheet;
   side_over(surface, body, !cap_is_upper, box, &disc, true, sheet);
-  if (!sheet.tangent) return rim;
+  if (!sheet.tangent) return false;
   const double sign = cap_is_upper ? 1 : -1;
   PlanFunction f = rim;
   f.v = sign * (cap.c - sheet.c);
@@ -119,14 +122,16 @@ PlanFunction border_of_steep_cap(const Impl& surface, const BodyLine& body, bool
   const double reach = std::fabs(f.cgx) * box.hx + std::fabs(f.cgy) * box.hy;
   f.lo = f.v - reach + rest.lo;
   f.hi = f.v + reach + rest.hi;
-  return f.regular() ? f : rim;
+  if (!f.regular()) return false;
+  rim = f;
+  return true;
 }
 
 }  // namespace
 
 bool PlanFunction::is_nearly_straight() const {
   if (two != TwoGraphs::kNo) return true;
-  constexpr double kTangent = 0.6;
+  constexpr double kTangent = 0.6;  // of 31 degrees
   const double mx = 0.5 * (gx.lo + gx.hi), my = 0.5 * (gy.lo + gy.hi);
   for (const double x : {gx.lo, gx.hi}) {
     for (const double y : {gy.lo, gy.hi}) {
@@ -269,11 +274,15 @@ void body_over(const Impl& surface, const CompoundStep& step, bool upper, const 
       borders = r.f.lo <= tiny && r.f.hi >= -tiny && above.lo <= slack;
     }
     if (borders && !outside) {
-      const PlanFunction f =
-          between ? border_of_steep_cap(surface, body, cap_is_upper, l, box, disc, r.f) : r.f;
-      // Heights on a steep cap are off by the slack in plan.
-      const double off = r.f.exact == f.exact ? kUnbounded : slack * (1 + most(f.gx) + most(f.gy));
-      if (f.lo <= off && f.hi >= -off) out.shadow.push(f);
+      PlanFunction f = r.f;
+      // What the slack in plan makes of heights on a steep cap.
+      const auto may_vanish = [&] {
+        const double off = slack * (1 + most(f.gx) + most(f.gy));
+        return f.lo <= off && f.hi >= -off;
+      };
+      if (!between || !take_border_of_steep_cap(surface, body, cap_is_upper, l, box, disc, f) ||
+          may_vanish())
+        out.shadow.push(f);
     }
     if (cap_is_upper == upper && between) {
       r.side_hidden = r.f.lo > 0;  // the cap cuts the body before the side's root

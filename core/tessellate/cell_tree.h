@@ -52,7 +52,7 @@ struct CellInfo {
   std::int32_t cell = 0;
   bool has_vertex = false;
   Vec3 vertex = Vec3::Zero();
-  bool star = false;         // as of the verdict
+  bool star = false;  // as of the verdict
   bool branched = false;
   bool sorted_by_y = false;  // kArc: crossings pair up in ascending y (else in ascending x)
   double depth = 0;

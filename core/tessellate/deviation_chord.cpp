@@ -176,12 +176,14 @@ double chord_deviation(const CurvePair& curve, const Vec3& a, const Vec3& b) {
   if (deviation < kInf) return deviation;
   const double section = section_chord_deviation(curve, a, b);
   if (section < kInf) return section;
-  const double parted = deviation_of(curve, a, b, true);
-  if (parted < kInf) return parted;
-  // Near where two quadrics touch, the plane that a branch of their curve lies in still tells it.
-  const std::optional<Implicit> plane = pencil_plane(curve.f, curve.g, a, b);
-  if (!plane) return deviation;
-  return std::fmin(deviation_of({curve.f, *plane}, a, b), deviation_of({curve.g, *plane}, a, b));
+  // Near where two quadrics touch, the plane that a branch of their curve lies in tells it, or the
+  // cone that they all but make there.
+  if (const std::optional<Implicit> plane = pencil_plane(curve.f, curve.g, a, b)) {
+    const double in_plane =
+        std::fmin(deviation_of({curve.f, *plane}, a, b), deviation_of({curve.g, *plane}, a, b));
+    if (in_plane < kInf) return in_plane;
+  }
+  return deviation_of(curve, a, b, true);
 }
 
 }  // namespace diesink

@@ -82,22 +82,28 @@ bool is_before(const PlanCurve& one, const PlanCurve& two) {
 
 }  // namespace
 
-// Makes one change of several side by side, on one of their curves: the same from both sides.
-void ChangeSearch::take_one_of(const std::vector<CurveSolver::Change>& parts, Label a, Label b,
-                               CurveSolver::Change& change) const {
-  const CurveSolver::Change* taken = nullptr;
-  for (const CurveSolver::Change& part : parts) {
-    if (part.curve.type != CurveType::kUnsolved &&
-        (taken == nullptr || is_before(part.curve, taken->curve)))
-      taken = &part;
-  }
-  if (taken == nullptr) return;
+// Where nothing parts the two labels themselves, one of the curves that part them from the sliver
+// between them does: the same one from both sides.
+void ChangeSearch::name_by_sliver(const Sample& p, const Sample& q,
+                                  CurveSolver::Change& change) const {
+  const auto between = [&](const Sample& from, const Sample& to, ThirdLabel third) {
+    return solver_.change_between(from.p, from.state.label, from.state.z, to.p, to.state.label,
+                                  to.state.z, third);
+  };
+  const CurveSolver::Change sliver = between(p, q, ThirdLabel::kAny);
+  if (!sliver.third) return;
+  const Sample middle = sample(sliver.third_at);
+  const CurveSolver::Change near = between(p, middle, ThirdLabel::kNone),
+                            far = between(middle, q, ThirdLabel::kNone);
   // No vertex may be farther from the other face; nor is a sliver one that rounding makes.
-  const double wide =
-      std::hypot(parts.back().at.x - parts.front().at.x, parts.back().at.y - parts.front().at.y);
+  const double wide = std::hypot(far.at.x - near.at.x, far.at.y - near.at.y);
   if (!(wide > kLineSlack * surface_.tie && wide <= kNarrow * surface_.size)) return;
-  change.curve = taken->curve;
-  change.at = taken->at;
+  const bool near_known = near.curve.type != CurveType::kUnsolved,
+             far_known = far.curve.type != CurveType::kUnsolved;
+  if (!near_known && !far_known) return;
+  const bool takes_near = near_known && (!far_known || is_before(near.curve, far.curve));
+  change.curve = (takes_near ? near : far).curve;
+  change.at = (takes_near ? near : far).at;
   const auto height_of = [&](Label label, double beside) {
     double z = beside;
     const Vec3 at(change.at.x, change.at.y, change.at.z);
@@ -108,23 +114,8 @@ void ChangeSearch::take_one_of(const std::vector<CurveSolver::Change>& parts, La
     }
     return z;
   };
-  change.za = height_of(a, parts.front().za);
-  change.zb = height_of(b, parts.back().zb);
-}
-
-// Where nothing parts the two labels themselves, one of the curves that part them from the sliver
-// between them does.
-void ChangeSearch::name_by_sliver(const Sample& p, const Sample& q,
-                                  CurveSolver::Change& change) const {
-  const auto between = [&](const Sample& from, const Sample& to, ThirdLabel third) {
-    return solver_.change_between(from.p, from.state.label, from.state.z, to.p, to.state.label,
-                                  to.state.z, third);
-  };
-  const CurveSolver::Change sliver = between(p, q, ThirdLabel::kAny);
-  if (!sliver.third) return;
-  const Sample middle = sample(sliver.third_at);
-  take_one_of({between(p, middle, ThirdLabel::kNone), between(middle, q, ThirdLabel::kNone)},
-              p.state.label, q.state.label, change);
+  change.za = height_of(p.state.label, near.za);
+  change.zb = height_of(q.state.label, far.zb);
 }
 
 void ChangeSearch::add_change(const Sample& p, const Sample& q, int depth,

@@ -65,8 +65,6 @@ class ChangeSearch {
   void search(const Sample& p, const Sample& q, const std::vector<std::uint32_t>& steps, int depth,
               Run& run) const;
   void note_unsettled(const Vec2& at, double length, double depth, Run& run) const;
-  void take_one_of(const std::vector<CurveSolver::Change>& parts, Label a, Label b,
-                   CurveSolver::Change& change) const;
   void name_by_sliver(const Sample& p, const Sample& q, CurveSolver::Change& change) const;
   void add_change(const Sample& p, const Sample& q, int depth, std::vector<LineChange>& out) const;
 

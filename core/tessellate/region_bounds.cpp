@@ -12,8 +12,8 @@ namespace {
 // Share of the tolerance that triangles are refined to whatever their arcs leave of it.
 constexpr double kLeastRoom = 0.3;
 // Chords of turned triangles that are halved are longer than this part of the tolerance, or than so
-// many times what counts as one point. Where shorter ones look down it is by the rounding of heights
-// beside a silhouette, and halves do so all the more.
+// many times what counts as one point. Where shorter ones look down it is by the rounding of
+// heights beside a silhouette, and halves do so all the more.
 constexpr double kTurnable = 0.02, kTurnablePoints = 2000;
 // Slopes between triangle and face up to which what lies near a chord can be told apart.
 constexpr double kGentle = 0.5;

@@ -252,7 +252,9 @@ TEST(ScanLayers, FacetsThatMeetInOnePointAtTwoHeights) {
     const double away = (p.head<2>() - Vec2(3, 3)).norm();
     at_place += away == 0;
     EXPECT_TRUE(away == 0 || (away > 0.1 * kLean && away <= kLean) || away > 1) << away;
-    if (away == 0) EXPECT_EQ(p.z(), 2);
+    if (away == 0) {
+      EXPECT_EQ(p.z(), 2);
+    }
   }
   EXPECT_EQ(at_place, 1);
 }

@@ -85,7 +85,11 @@ TEST(DegenerateDies, TenMetresAtAHundredth) {
   options.tolerance = 0.01;
   const Result<Tessellation> made = tessellate(surface, options);
   ASSERT_TRUE(made);
-  // What is told is the touching of sphere and cylinder: what a tie there hides of it.
+  // What is told is the touching of sphere and cylinder: what a tie there hides of it, no cell.
+  for (const MeshDoubt& doubt : made->report.doubts) {
+    EXPECT_EQ(doubt.what.find("told apart"), std::string::npos) << doubt.what;
+    EXPECT_LE((doubt.place.head<2>() - Vec2(4200, 5000)).norm(), 0.5);
+  }
   EXPECT_LE(made->report.uncertified_area, 1e-6);
   EXPECT_LE(made->report.certified_deviation, 0.01);
 }
@@ -285,7 +289,7 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
     ASSERT_EQ(one.size(), other.size()) << name;
     for (auto a = one.begin(), b = other.begin(); a != one.end(); ++a, ++b) {
       EXPECT_EQ(a->first, b->first) << name;
-      if (name == "BarAlongAnEdge") {
+      if (name == "BarAlongAnEdge" && a->second.size() == b->second.size() + 1) {
         // What parts the bar's end from the edge has six decimals: no corner a thousand kilometres
         // away, of the same length in all.
         const auto sum = [](const std::vector<double>& v) {
@@ -304,6 +308,9 @@ TEST(DegenerateDies, MovedByAMillionTheyAreTheSame) {
         name == "ParaboloidsApexOnARidge" || name == "SphereTouchingTheBorderAtTheBasesHeight";
     if (name == "BarAlongALeaningTop" || name == "BarAlongAnEdge") {
       EXPECT_LE(far->report.corner_vertices, near->report.corner_vertices);
+      if (name == "BarAlongAnEdge") {
+        EXPECT_LE(near->report.corner_vertices, far->report.corner_vertices + 1);
+      }
     } else {
       EXPECT_NEAR(static_cast<double>(near->report.corner_vertices),
                   static_cast<double>(far->report.corner_vertices), touches ? 1 : 0)
