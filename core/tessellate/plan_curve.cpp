@@ -130,6 +130,16 @@ double CurveSolver::shadow_height(const PlanCurve& curve, double x, double y) co
   return 0.5 * (body.z_low() + body.z_high());
 }
 
+// A cone ends in its apex; its quadric goes on beyond, with another curve on every surface that its
+// own curves lie on.
+bool CurveSolver::beyond_apex(const SurfaceRef& ref, const Vec3& p) const {
+  if (ref.solid < 0) return false;
+  const auto* cone =
+      std::get_if<QuadricBody>(&surface_->bodies[static_cast<std::size_t>(ref.solid)].body());
+  return cone != nullptr && cone->shape == QuadricShape::kCone &&
+         cone->frame.row(2).dot(p - cone->p) > cone->C + kOnFace * surface_->size;
+}
+
 bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, double& t,
                           double& z) const {
   if (curve.type != CurveType::kMeet && curve.type != CurveType::kShadow) return false;
@@ -138,6 +148,10 @@ bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, 
   if (!(unit > 0)) return false;
   const double done =
       std::ldexp(surface_->size, -50);  // a step below some ulp of the size is rounding
+  const auto is_own = [&] {
+    const Vec3 r(p.x() + t * d.x(), p.y() + t * d.y(), z);
+    return !beyond_apex(curve.first, r) && !beyond_apex(curve.second, r);
+  };
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kNewtonSteps; ++k) {
     const Vec3 r(p.x() + t * d.x(), p.y() + t * d.y(), z);
@@ -152,10 +166,10 @@ bool CurveSolver::on_line(const PlanCurve& curve, const Vec2& p, const Vec2& d, 
     if (!(step < 1e3 * surface_->size)) return false;
     t += dt;
     z += dz;
-    if (step <= done || (k > 3 && step >= last && step <= 64 * done)) return true;
+    if (step <= done || (k > 3 && step >= last && step <= 64 * done)) return is_own();
     last = step;
   }
-  return last <= 4096 * done;
+  return last <= 4096 * done && is_own();
 }
 
 bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, double& z1,
@@ -188,8 +202,8 @@ bool CurveSolver::corner(const PlanCurve& one, const PlanCurve& two, Vec2& at, d
   // last digits, have a best one.
   const auto holds = [&] {
     for (int i = 0; i < 4; ++i) {
-      if (!(std::fabs(f[i].value(Vec3(at.x(), at.y(), i < 2 ? z1 : z2))) <=
-            kCommon * surface_->size))
+      const Vec3 p(at.x(), at.y(), i < 2 ? z1 : z2);
+      if (!(std::fabs(f[i].value(p)) <= kCommon * surface_->size) || beyond_apex(refs[i], p))
         return false;
     }
     return true;
@@ -323,12 +337,7 @@ bool CurveSolver::on_face(Label label, const Vec2& p, double z) const {
       if (cap.face != own.face && (upper ? above > slack : above < -slack)) return false;
     }
   }
-  // A cone ends in its apex; its quadric goes on beyond.
-  const auto* cone = std::get_if<QuadricBody>(&body.body());
-  if (cone != nullptr && cone->shape == QuadricShape::kCone &&
-      cone->frame.row(2).dot(Vec3(p.x(), p.y(), z) - cone->p) > cone->C + close) {
-    return false;
-  }
+  if (beyond_apex(own, {p.x(), p.y(), z})) return false;
   if (!body.has_side() || own.face == kFaceSide) return on_sheet(label, p, z);
   Vec3 gradient;
   return implicit({own.solid, kFaceSide}).evaluate({p.x(), p.y(), z}, gradient) <= close;

@@ -140,6 +140,8 @@ class CurveSolver {
   // leaning end of a bar.
   bool rim_between(Label a, Label b, const Vec2& p, const Vec2& d, double z_near,
                    Change& change) const;
+  // The point, on the surface of `ref`, is on the mirrored nappe of a cone.
+  [[nodiscard]] bool beyond_apex(const SurfaceRef& ref, const Vec3& p) const;
   // The two faces have one tangent plane at the point: where they meet is not told to all digits.
   [[nodiscard]] bool touch_at(const PlanCurve& curve, const Vec2& at, double z) const;
   bool try_curve(const PlanCurve& curve, const Vec2& p, const Vec2& d, double z0, double& t,

@@ -87,7 +87,10 @@ void PlanarTriangulation::start_round(const RefineRules& rules) {
     clear_edge_marks(twin(h), kRequested);
   }
   requests_.clear();
-  fresh_.insert(fresh_.end(), deferred_.begin(), deferred_.end());
+  for (const Ticket& ticket : deferred_) {
+    triangles_[ticket.triangle].marks &= ~kDeferred;
+    fresh_.push_back(ticket);
+  }
   deferred_.clear();
   if (min_angle_ != rules.min_angle || shortest_edge_ != rules.shortest_edge ||
       split_encroached_ != rules.split_encroached) {
@@ -153,6 +156,15 @@ void PlanarTriangulation::push_bad(std::size_t level, const Ticket& ticket) {
   top_ = std::max(top_, level);
 }
 
+// Once a round: the front, accuracy and shape may all wait for segments at one triangle, and each
+// would double it from round to round.
+void PlanarTriangulation::defer(const Ticket& ticket) {
+  Triangle& t = triangles_[ticket.triangle];
+  if (t.stamp != ticket.stamp || (t.marks & kDeferred) != 0) return;
+  t.marks |= kDeferred;
+  deferred_.push_back(ticket);
+}
+
 void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules) {
   const std::uint32_t t = ticket.triangle;
   if (triangles_[t].stamp != ticket.stamp || !is_inside(t)) return;
@@ -167,7 +179,7 @@ void PlanarTriangulation::examine(const Ticket& ticket, const RefineRules& rules
         if (dot(lattice_[origin(h)] - c, lattice_[origin(next(h))] - c) < 0 &&
             !is_closing(apex(h), origin(h), rules) &&
             !is_closing(apex(h), origin(next(h)), rules) && request(h, true)) {
-          deferred_.push_back(ticket);
+          defer(ticket);
         }
       }
     }
@@ -250,8 +262,7 @@ void PlanarTriangulation::advance(const Ticket& coarse, const RefineRules& rules
   const double s = 0.5 * height / half;
   const LatticePoint q =
       rounded(lattice_[a].x + 0.5 * u.x - s * u.y, lattice_[a].y + 0.5 * u.y + s * u.x);
-  if (mend_at(q, t, {.apart = kNearest * size}, rules) == Mended::kWaits)
-    deferred_.push_back(coarse);
+  if (mend_at(q, t, {.apart = kNearest * size}, rules) == Mended::kWaits) defer(coarse);
 }
 
 PlanarTriangulation::Mended PlanarTriangulation::mend_at(const LatticePoint& q, std::uint32_t t,
@@ -323,7 +334,7 @@ void PlanarTriangulation::mend(const Ticket& bad, bool for_shape, const RefineRu
       if (mended == Mended::kHeld) mended = mend_at(centre, t, {.flattest = flattest}, rules);
     }
   }
-  if (mended == Mended::kWaits) deferred_.push_back(bad);
+  if (mended == Mended::kWaits) defer(bad);
 }
 
 std::vector<PlanarTriangulation::Segment> PlanarTriangulation::refine(const RefineRules& rules) {

@@ -123,7 +123,8 @@ class PlanarTriangulation {
   static constexpr std::uint32_t kConstrained = 1U << 0, kRequested = 1U << 4, kKept = 1U << 8;
   static constexpr std::uint32_t kEdgeMarks = kConstrained | kRequested | kKept;
   static constexpr std::uint32_t kInside = 1U << 3, kInHole = 1U << 7;
-  static constexpr std::uint32_t kCoarse = 1U << 11;  // looked at, and not accurate enough
+  static constexpr std::uint32_t kCoarse = 1U << 11;    // looked at, and not accurate enough
+  static constexpr std::uint32_t kDeferred = 1U << 12;  // waits for a segment to be split
   static constexpr std::uint32_t kNoEdge = 0xFFFFFFFFU;
 
   // One edge of the border of a hole in the triangulation, seen from within.
@@ -213,6 +214,7 @@ class PlanarTriangulation {
   enum class Mended : std::uint8_t { kDone, kWaits, kHeld };
   void start_round(const RefineRules& rules);
   void push_bad(std::size_t level, const Ticket& ticket);
+  void defer(const Ticket& ticket);
   void examine(const Ticket& ticket, const RefineRules& rules);
   bool examine_accuracy(const Ticket& ticket, const RefineRules& rules);
   void examine_fold(const Ticket& ticket, const RefineRules& rules);

@@ -96,6 +96,19 @@ bool RegionMesher::border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t 
   return square < steepest * steepest * (q - p).cross(r - p).squaredNorm();
 }
 
+// A vertex of the border that no vertex inside can make up for, however many there are of them:
+// what is left of its triangles is told.
+bool RegionMesher::is_off_face(std::uint32_t v) const {
+  if (mesh_.arc_point[v] == ArcSamples::kNone) return false;
+  if (off_face_.size() <= v) off_face_.resize(mesh_.position.size(), OffFace::kUnknown);
+  OffFace& known = off_face_[v];
+  if (known == OffFace::kUnknown) {
+    const Vec3& p = mesh_.position[v];
+    known = deviation_(mesh_.label, p, p, p) <= options_.tolerance ? OffFace::kNo : OffFace::kYes;
+  }
+  return known == OffFace::kYes;
+}
+
 bool RegionMesher::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
   const double tolerance = options_.tolerance;
   const DeviationFilter::Side side = filter_.compare(a, b, c, mesh_.position, tolerance);
@@ -103,6 +116,7 @@ bool RegionMesher::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c)
   // Next to nothing across: only its arcs could mend it.
   const double longest = longest_edge(a, b, c);
   if (!(longest > 0.25 * tolerance)) return false;
+  if (is_off_face(a) || is_off_face(b) || is_off_face(c)) return false;
   if (side == DeviationFilter::Side::kBeyond && most_off_ + 0.57 * longest > tolerance) return true;
   // What arcs leave no room for, vertices inside cannot mend.
   const double face = face_bound_of(a, b, c);

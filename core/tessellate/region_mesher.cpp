@@ -51,6 +51,7 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
   points_.clear();
   spacing_.clear();
   filter_.clear();
+  off_face_.clear();
   broken_ = false;
   std::vector<PlanarTriangulation::Segment> segments;
   std::vector<std::uint32_t> chain;
@@ -206,7 +207,8 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     return too_coarse(a, b, c);
   };
   rules.folded = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    return looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance;
+    return looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance &&
+           !(is_off_face(a) || is_off_face(b) || is_off_face(c));
   };
   // New vertices have none yet, those of build() and of splits neither.
   const auto add_spacing = [this](std::size_t v, double room) {

@@ -87,6 +87,7 @@ class RegionMesher {
   // True where bound_of() is at most the limit if the face's bound is.
   [[nodiscard]] bool border_keeps(std::uint32_t a, std::uint32_t b, std::uint32_t c,
                                   double limit) const;
+  [[nodiscard]] bool is_off_face(std::uint32_t v) const;
   [[nodiscard]] bool too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Arrangement& arrangement_;
@@ -110,7 +111,9 @@ class RegionMesher {
   };
   std::vector<FanPiece> fan_;  // about a cone's apex, in place of all else
   bool built_ = false, broken_ = false, urgent_ = false, in_plan_ = false;
-  mutable bool tight_ = false;  // arcs leave some triangle no room
+  enum class OffFace : std::uint8_t { kUnknown, kNo, kYes };
+  mutable std::vector<OffFace> off_face_;  // of vertices on arcs, looked at when first asked
+  mutable bool tight_ = false;             // arcs leave some triangle no room
   int turned_rounds_ = 0, tight_rounds_ = 0;
 };
 

@@ -279,6 +279,32 @@ TEST(PlanarRefinement, AsksAgainForWhatWasNotSplit) {
   }
 }
 
+// Where nobody splits them: a triangle that waits for accuracy, for shape and for the front waits
+// once, or every round would look at it twice as often as the last.
+TEST(PlanarRefinement, WaitsOnceWithEachTriangle) {
+  Region region;
+  region.add_loop(std::vector<Vec2>{{0, 0}, {10, 0}, {10, 1}, {0, 1}});
+  PlanarTriangulation mesh;
+  ASSERT_TRUE(mesh.build(region.points, region.segments).empty());
+  RefineRules rules;
+  rules.min_angle = 20 * kDegree;
+  rules.spacing = [](std::uint32_t) { return 5.0; };
+  std::size_t looks = 0;
+  rules.too_coarse = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    ++looks;
+    return area_of(mesh, a, b, c) > 0.01;
+  };
+  for (int round = 0; round < 4; ++round) EXPECT_FALSE(mesh.refine(rules).empty());
+  const std::size_t triangles = mesh.triangles().size();
+  for (int round = 0; round < 12; ++round) {
+    looks = 0;
+    EXPECT_FALSE(mesh.refine(rules).empty());
+  }
+  ASSERT_EQ(mesh.triangles().size(), triangles);
+  EXPECT_GT(looks, 0U);
+  EXPECT_LE(looks, 4 * triangles);
+}
+
 TEST(PlanarRefinement, WorksBesideKeptSegments) {
   Region region;
   region.add_loop(std::vector<Vec2>{{0, 0}, {4, 0}, {4, 3}, {0, 3}});

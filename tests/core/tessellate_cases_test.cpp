@@ -142,6 +142,19 @@ TEST(DegenerateDies, BarThatTouchesALeaningSideByLastDigits) {
       4500, 0.02);
 }
 
+// A bar over a flat cone, its end upright: the bar's side meets the cone and, two millimetres above
+// the apex and within a millimetre in plan, the mirrored cone. A corner up there was taken for the
+// crease's, and no number of vertices could bring the cone's side up to it: the die did not end.
+TEST(DegenerateDies, BarOverAFlatConeUnderItsMirroredNappe) {
+  const std::string die =
+      "SOLID-DEF\n" +
+      cone("S6", "30.354332,13.16561,2.495847", "30.354332,13.16561,5.769761", "30.657456") +
+      cylinder("S7", "22.543574,13.16561,2.495847", "37.291125,13.16561,2.495847", "17.969169") +
+      "BOOLE-DEF\nS6+S7\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\nX-INT,2.5\nY-INT,2.5\n";
+  expect_certified(die, 400, 0.5);
+  expect_certified(die, 2500, 0.02);
+}
+
 // Beside an upright ruling the side's own surface runs far below its rim within a hair of plan:
 // where it would meet the plane down there it has long ended.
 TEST(DegenerateDies, RimsUnderAnUprightRulingAreCertified) {
