@@ -39,11 +39,18 @@ double regular_edge(double k1, double k2, double tolerance) {
 // if it were no steeper than where its normal rises by this.
 constexpr double kCoarse = 0.005, kSteep = 0.25;
 
-// Long ellipsoids are drawn as spheres where the tolerance is more than this part of their least
-// radius.
-constexpr double kSharp = 0.1;
-// Their sag on the sphere at most, of its radius.
+// Ellipsoids less long than this take no fewer triangles as spheres: up to 2, measured, none did.
+constexpr double kAlmostRound = 2.5;
+// Rings about the vertical's image on the sphere and places on each, at which the triangles that a
+// drawing takes are counted.
+constexpr int kRings = 6, kPlaces = 12;
+// Sag of triangles regular on the sphere at most, of its radius.
 constexpr double kMostSag = 0.1;
+// As spheres in any case where the tolerance is more than this part of their least radius: a
+// conformal drawing of such an edge is not to be counted.
+constexpr double kSharp = 0.1;
+// Turn of the normal over an edge, radians, beyond which a bound along one normal is none.
+constexpr double kFar = 0.5;
 
 // A tolerance beyond a good part of the radius says nothing of a triangle's size.
 double useful_tolerance(double tolerance, double curvature) {
@@ -152,12 +159,39 @@ void FaceChart::prepare_ellipsoid(const QuadricBody& body) {
   stretch_ = g1 > g2 ? Vec2(mean * more, mean / more) : Vec2(mean / more, mean * more);
 }
 
+// How many triangles the seen half of an ellipsoid takes as it is drawn, but for a factor.
+double FaceChart::triangles_of_ellipsoid(double tolerance) const {
+  double sum = 0;
+  for (int i = 0; i < kRings; ++i) {
+    const double z = (i + 0.5) / kRings;  // rings of one area each
+    const double across = std::sqrt(1 - z * z);
+    const double factor = 0.5 * (1 + z);
+    const double chart_area = stretch_.x() * stretch_.y() / (factor * factor);
+    for (int k = 0; k < kPlaces; ++k) {
+      const double turn = 2 * std::numbers::pi * k / kPlaces;
+      const Vec3 on_sphere =
+          sphere_.transpose() * Vec3(across * std::cos(turn), across * std::sin(turn), z);
+      const Vec3 p = face_.c + frame_.transpose() * axes_.cwiseProduct(on_sphere);
+      const double length = spacing(p, tolerance);
+      sum += chart_area / (length * length);
+    }
+  }
+  return sum;
+}
+
 void FaceChart::draw_for(double tolerance) {
-  if (!is_long()) return;
+  if (kind_ != Kind::kEllipsoid) return;
   const double least = axes_.minCoeff(), largest = axes_.maxCoeff();
-  if (tolerance * largest < kSharp * least * least) return;
+  if (largest < kAlmostRound * least) return;
+  const double conformal = triangles_of_ellipsoid(tolerance);
+  const Vec2 stretch = stretch_;
   as_sphere_ = true;
   stretch_ = Vec2(largest, largest);
+  if (tolerance * largest >= kSharp * least * least ||
+      triangles_of_ellipsoid(tolerance) < conformal)
+    return;
+  as_sphere_ = false;
+  stretch_ = stretch;
 }
 
 void FaceChart::prepare_paraboloid(const QuadricBody& body) {
@@ -321,8 +355,11 @@ double FaceChart::spacing(const Vec3& p, double tolerance) const {
       const double steep = q.cwiseQuotient(axes_.cwiseProduct(axes_)).norm();
       const double factor = 0.5 * (1 + s.z());  // sphere length a unit of the unscaled chart
       if (as_sphere_) {
-        // What the sphere sags by, so many times as long on the way from the centre.
-        const double sag = std::fmin(tolerance / q.norm(), kMostSag);
+        // What the sphere sags by, as long as the tangent plane is far from the centre; where that
+        // triangle's normals turn far it is only bounded on the way from the centre.
+        double sag = tolerance * steep;
+        if (std::sqrt(6 * sag) > kFar * axes_.minCoeff() * steep) sag = tolerance / q.norm();
+        sag = std::fmin(sag, kMostSag);
         return std::sqrt(6 * sag) * stretch_.x() / factor;
       }
       const double curvature = factor * factor / steep;

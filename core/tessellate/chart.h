@@ -39,9 +39,8 @@ class FaceChart {
   FaceChart(const CompoundSurface::Impl& surface, Label label,
             const BaseCurvature* curvature = nullptr);
 
-  // Draws an ellipsoid whose sharpest edge the tolerance hardly sees as the sphere that it is but
-  // for its axes: triangles as long and narrow as it is, where regular ones would be as small as
-  // the edge is sharp.
+  // Draws an ellipsoid as the sphere that it is but for its axes where that takes fewer triangles:
+  // as long and narrow as it is, where regular ones would be as small as its edge is sharp.
   // Needs: to be called before anything is drawn.
   void draw_for(double tolerance);
 
@@ -87,6 +86,7 @@ class FaceChart {
 
   void prepare_plane();
   void prepare_turning(const QuadricBody& body);
+  [[nodiscard]] double triangles_of_ellipsoid(double tolerance) const;
   void prepare_ellipsoid(const QuadricBody& body);
   void prepare_paraboloid(const QuadricBody& body);
   [[nodiscard]] double turn_of(double u, double v) const;

@@ -104,7 +104,11 @@ bool RegionMesher::is_off_face(std::uint32_t v) const {
   OffFace& known = off_face_[v];
   if (known == OffFace::kUnknown) {
     const Vec3& p = mesh_.position[v];
-    known = deviation_(mesh_.label, p, p, p) <= options_.tolerance ? OffFace::kNo : OffFace::kYes;
+    // (Nothing is bounded at an apex.)
+    const std::optional<Vec3> apex = chart_.apex();
+    const bool on = deviation_(mesh_.label, p, p, p) <= options_.tolerance ||
+                    (apex && (*apex - p).norm() <= options_.tolerance);
+    known = on ? OffFace::kNo : OffFace::kYes;
   }
   return known == OffFace::kYes;
 }
