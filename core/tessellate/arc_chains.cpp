@@ -35,13 +35,27 @@ bool ArcSamples::can_split(std::uint32_t a, std::uint32_t b, double shortest) co
   return find_splittable(a, b, shortest, ref, t0, t1);
 }
 
-ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest) {
+// The place on an arc between two others at which the aim's function is zero; halfway where it has
+// one sign at both.
+double ArcSamples::aimed(std::uint32_t a, double t0, double t1, const Aim& aim) const {
+  if (!aim.zero) return halfway(a, t0, t1);
+  const auto at = [&](double t) { return aim.zero(lifted(point_at(a, t), aim.label)); };
+  const bool rises = at(t1) > 0;
+  if (rises == (at(t0) > 0)) return halfway(a, t0, t1);
+  double lo = t0, hi = t1;
+  for (double t = 0.5 * (lo + hi); t > lo && t < hi; t = 0.5 * (lo + hi))
+    ((at(t) > 0) == rises ? hi : lo) = t;
+  return lo > t0 ? lo : hi;
+}
+
+ArcSamples::Split ArcSamples::split(std::uint32_t a, std::uint32_t b, double shortest,
+                                    const Aim& aim) {
   Split result;
   Ref ref;
   double t0 = 0, t1 = 0;
   if (!find_splittable(a, b, shortest, ref, t0, t1)) return result;
   result.arc = ref.arc;
-  const double t = halfway(ref.arc, t0, t1);
+  const double t = aimed(ref.arc, t0, t1, aim);
   const Trial trial{t, point_at(ref.arc, t)};
   const std::uint32_t sample = insert(ref.arc, ref.sample, trial);
   SampledArc& now = arcs[ref.arc];

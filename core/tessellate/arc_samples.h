@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
 #include <vector>
 
@@ -65,7 +66,12 @@ class ArcSamples {
     std::uint32_t point = kNone;
     std::uint32_t arc = 0;
   };
-  Split split(std::uint32_t a, std::uint32_t b, double shortest);
+  // In the middle, or where a function of the points of a label's face is zero.
+  struct Aim {
+    Label label = kNoLabel;
+    std::function<double(const Vec3&)> zero;
+  };
+  Split split(std::uint32_t a, std::uint32_t b, double shortest, const Aim& aim);
   [[nodiscard]] bool can_split(std::uint32_t a, std::uint32_t b, double shortest) const;
 
   [[nodiscard]] double z(std::uint32_t point, Label label) const;
@@ -113,6 +119,7 @@ class ArcSamples {
   [[nodiscard]] ArcPoint point_at(std::uint32_t arc, double t) const;
   // Halfway between two places on an arc, by length: stretches may be of very different ones.
   [[nodiscard]] double halfway(std::uint32_t arc, double t0, double t1) const;
+  [[nodiscard]] double aimed(std::uint32_t arc, double t0, double t1, const Aim& aim) const;
   [[nodiscard]] ArcPoint end_of(std::uint32_t arc, bool last) const;
   void sample(std::uint32_t arc, std::vector<Trial>& out) const;
   struct Piece {  // of an arc, and how many chords it takes

@@ -440,6 +440,13 @@ Vec3 FaceChart::normal(const Vec3& p) const {
   return axis.z() < 0 ? Vec3(-axis) : axis;
 }
 
+std::optional<double> FaceChart::turn(const Vec3& p) const {
+  if (kind_ != Kind::kCylinder && kind_ != Kind::kCone) return std::nullopt;
+  const Vec3 q = frame_ * (p - face_.c);
+  if (kind_ == Kind::kCone && q.norm() == 0) return std::nullopt;
+  return mirror_ * turns_.at(turn_of(q.x(), q.y()));
+}
+
 std::optional<Vec3> FaceChart::apex() const {
   if (kind_ != Kind::kCone) return std::nullopt;
   return face_.c;

@@ -78,6 +78,10 @@ class FaceChart {
 
   [[nodiscard]] bool is_plane() const { return kind_ == Kind::kPlane; }
 
+  // The ruling of a cylinder or cone through p, by a number that grows with the chart's x or turn;
+  // none on other faces, and in an apex.
+  [[nodiscard]] std::optional<double> turn(const Vec3& p) const;
+
   // The apex of a cone whose side this is.
   [[nodiscard]] std::optional<Vec3> apex() const;
 

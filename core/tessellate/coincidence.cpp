@@ -105,6 +105,23 @@ bool touches_from_above(const Impl& surface, const FaceOver& f, const FaceOver& 
   return false;
 }
 
+bool covers_steep_face(const Impl& surface, const FaceOver& f, const FaceOver& g,
+                       const CellBox& box) {
+  constexpr double kSteep = 1e3;
+  const double steep = std::hypot(g.gx, g.gy);
+  if (g.side || g.solid < 0 || !f.has_mid || f.upper != g.upper || !(steep > kSteep)) return false;
+  const BodyLine& body = surface.bodies[static_cast<std::size_t>(g.solid)];
+  const double up = f.upper ? 1 : -1;
+  const double x = box.x - body.center_x(), y = box.y - body.center_y();
+  for (const PlanarCap& cap : f.upper ? body.upper_caps() : body.lower_caps()) {
+    if (cap.face == g.face) continue;
+    const double beyond = up * (f.mc - (cap.z0 + cap.zx * x + cap.zy * y)) -
+                          std::fabs(f.mgx - cap.zx) * box.hx - std::fabs(f.mgy - cap.zy) * box.hy;
+    if (beyond >= -(1 - kEnclosureSlack) * steep * surface.tie) return true;
+  }
+  return false;
+}
+
 bool rises_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
   const double width = f.hi - f.lo + g.hi - g.lo;
   if (!(width > 0) || !(f.c - g.c > surface.tie) || (f.side && !f.tangent) ||

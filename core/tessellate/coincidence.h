@@ -22,6 +22,12 @@ bool rises_above(const CompoundSurface::Impl& surface, const FaceOver& f, const 
 bool touches_from_above(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
                         const CellBox& box);
 
+// g, a plane face that is all but upright, is not seen where f is there: the middle plane of f's
+// quadric is beyond another face of g's body, but for so little that on g it is less than a tie of
+// the plan. So beside a bar along the edge of a block, its axis as high as the block's top.
+bool covers_steep_face(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
+                       const CellBox& box);
+
 // Takes out of the functions those crossings that vanish, to eight ties, along a shadow, silhouette
 // or edge of the list that is straight and parallel to an axis: a regular function has no other
 // zero line in the box. So an edge of a solid that lies in the base is one line, not two. False

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string_view>
 #include <unordered_map>
@@ -50,7 +51,8 @@ class CurveCheck {
 
   void name_faces();
   void check(const MeshCurve& curve, std::size_t k);
-  [[nodiscard]] bool is_on(const Faces& faces, const Vec3& p) const;
+  // How far a point is off the nearest of the faces; 0 where it is no farther than is allowed.
+  [[nodiscard]] double off_by(const Faces& faces, const Vec3& p) const;
   [[nodiscard]] bool is_on_base(const Vec3& p) const;
 
   const CompoundSurface& surface_;
@@ -106,35 +108,37 @@ bool CurveCheck::is_on_base(const Vec3& p) const {
   return above && below;
 }
 
-bool CurveCheck::is_on(const Faces& faces, const Vec3& p) const {
-  if (faces.base && is_on_base(p)) return true;
-  return std::any_of(faces.solids.begin(), faces.solids.end(),
-                     [&](const Implicit& f) { return std::fabs(f.value(p)) <= exact_; });
+double CurveCheck::off_by(const Faces& faces, const Vec3& p) const {
+  if (faces.base && is_on_base(p)) return 0;
+  double off = faces.base ? certified_ : std::numeric_limits<double>::infinity();
+  for (const Implicit& f : faces.solids) off = std::fmin(off, std::fabs(f.value(p)));
+  return off <= exact_ ? 0 : off;
 }
 
 void CurveCheck::check(const MeshCurve& curve, std::size_t k) {
   const std::vector<std::uint32_t>& chain = curve.vertices;
   const Vec3& p = made_.mesh.positions[chain[k]];
-  int off = 0, on = 0;
-  std::uint32_t first = MeshCurve::kNoElement;
+  // Beside a wall a vertex is on one of the two: the nearest counts; else the farthest.
+  const bool jump = curve.kind == CurveKind::kJump;
+  double off = 0;
+  std::uint32_t worst = MeshCurve::kNoElement;
   for (const std::uint32_t e : curve.between) {
     if (e == MeshCurve::kNoElement) continue;
-    if (is_on(faces_[e], p)) {
-      ++on;
-    } else {
-      ++off;
-      first = e;
-    }
+    const double by = off_by(faces_[e], p);
+    if (worst != MeshCurve::kNoElement && (jump ? by >= off : by <= off)) continue;
+    off = by;
+    worst = e;
   }
-  if (off == 0 || (curve.kind == CurveKind::kJump && on > 0)) return;
+  if (off == 0) return;
   double length = 0;
   const auto add = [&](std::size_t i) {
     length += 0.5 * (made_.mesh.positions[chain[i]] - p).norm();
   };
   if (k > 0 || curve.closed) add(k > 0 ? k - 1 : chain.size() - 1);
   if (k + 1 < chain.size() || curve.closed) add(k + 1 < chain.size() ? k + 1 : 0);
-  made_.report.add_doubt(p, made_.mesh.elements[first].name, "a curve is off its face there",
-                         std::fmax(length, certified_) * certified_);
+  const double wide = std::fmin(off, certified_);
+  made_.report.add_doubt(p, made_.mesh.elements[worst].name, "a curve is off its face there",
+                         std::fmax(length, wide) * wide);
 }
 
 }  // namespace

@@ -194,6 +194,15 @@ std::vector<RegionMesher::Chord> RegionMesher::chords_of_tight() {
   return chords;
 }
 
+// The border alone, before a vertex inside or a split could help.
+bool RegionMesher::folds() const {
+  const std::vector<std::array<std::uint32_t, 3>> triangles = triangulation_.triangles();
+  return std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) {
+    return looks_down(t[0], t[1], t[2]) &&
+           longest_edge(t[0], t[1], t[2]) > 0.25 * options_.tolerance;
+  });
+}
+
 // Beside a silhouette chords of two arcs that never meet may cross in plan, one above the other:
 // the triangles between them look down. Shorter chords do not.
 std::vector<RegionMesher::Chord> RegionMesher::chords_of_turned() {

@@ -19,6 +19,9 @@ constexpr double kAllButUpright = 0.05;
 // Of the tolerance: chords this short over the ruling are as good as a point. They leave the plan
 // of the ruling by their square over eight radii, which is rounding.
 constexpr double kPoint = 1e-3;
+// Of the tolerance: triangles over chords this short deviate by no more than what a shorter chord
+// cannot mend.
+constexpr double kMended = 0.25;
 
 // Sine of the angle to a ruling under which a chord is one of its own: chords across have some
 // tenths, those of a silhouette what is left of points a tenth of a micrometre apart.
@@ -108,10 +111,12 @@ std::vector<RegionMesher::Chord> RegionMesher::chords_of_fan() const {
   std::vector<Chord> chords;
   for (const auto& [t, chord] : fan_) {
     const auto& [a, b, c] = t;
-    const bool is_short =
-        (mesh_.position[chord[0]] - mesh_.position[chord[1]]).norm() <= kPoint * options_.tolerance;
-    if (looks_down(a, b, c) ? !is_short
-                            : bound_of(face_bound_of(a, b, c), a, b, c) > options_.tolerance)
+    const double length = (mesh_.position[chord[0]] - mesh_.position[chord[1]]).norm();
+    // (In a strip, over rulings with a vertex at both ends, it is rounding that looks down.)
+    const bool turned = looks_down(a, b, c) && !is_strip_;
+    if (turned ? length > kPoint * options_.tolerance
+               : length > kMended * options_.tolerance &&
+                     bound_of(face_bound_of(a, b, c), a, b, c) > options_.tolerance)
       chords.push_back({mesh_.arc_point[chord[0]], mesh_.arc_point[chord[1]]});
   }
   std::sort(chords.begin(), chords.end());

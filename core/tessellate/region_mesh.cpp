@@ -67,6 +67,10 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
                           to_build[r] = !asked[r].empty() ? 1 : 0;
                         }
                         if (!to_build[r]) asked[r] = regions[r]->refine();
+                        if (!regions[r]->broken()) continue;
+                        asked[r] = regions[r]->build();
+                        to_build[r] = !asked[r].empty() ? 1 : 0;
+                        if (!to_build[r]) asked[r] = regions[r]->refine();
                       }
                     });
     // Borders that truly overlap would be split for ever, and where none of the chords that cross
@@ -94,8 +98,9 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
     bool split_any = false;
     std::fill(touched.begin(), touched.end(), 0);
     // Splits a chord for all regions beside it; false where it is too short or stays.
-    const auto split = [&](const RegionMesher::Chord& chord, double shortest) {
-      const ArcSamples::Split made = samples.split(chord[0], chord[1], shortest);
+    const auto split = [&](const RegionMesher::Chord& chord, double shortest,
+                           const ArcSamples::Aim& aim) {
+      const ArcSamples::Split made = samples.split(chord[0], chord[1], shortest, aim);
       if (made.point == ArcSamples::kNone) return false;
       for (const std::uint32_t user : users[made.arc]) {
         regions[user]->take_split(chord, made.point);
@@ -112,7 +117,9 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
       const bool urgent = building[r] || (turned && crossings[r] <= options.crossings);
       for (const RegionMesher::Chord& chord : asked[r]) {
         split_any = true;
-        if ((refining || urgent) && split(chord, urgent ? least : options.shortest)) continue;
+        if ((refining || urgent) && split(chord, urgent ? least : options.shortest,
+                                          {regions[r]->label(), regions[r]->aim_of(chord)}))
+          continue;
         // Too short, or split already by the other side: a kept segment is told to both.
         regions[r]->keep(chord);
         touched[r] = 1;
@@ -128,7 +135,7 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
         break;
       }
       for (const RegionMesher::Chord& chord : crossing) {
-        if (split(chord, least)) split_any = true;
+        if (split(chord, least, {})) split_any = true;
       }
       any_build = std::any_of(to_build.begin(), to_build.end(), [](char b) { return b != 0; });
     }

@@ -72,7 +72,8 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
   draw_to_apex();
   triangulation_ = PlanarTriangulation();
   fan_.clear();
-  if (!in_plan_ && make_fan(segments)) {
+  aims_.clear();
+  if (!in_plan_ && (make_fan(segments) || ((is_strip_ || is_steep()) && make_strip(segments)))) {
     built_ = true;
     return {};
   }
@@ -95,6 +96,7 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
     for (std::uint32_t s = 0; s < segments.size(); ++s) ask(s);
   }
   if (!built_) return split;
+  if (!in_plan_ && folds() && make_strip(segments)) return {};
   if (options_.grid_x != nullptr) {
     insert_grid();
   } else {
@@ -194,9 +196,18 @@ void RegionMesher::insert_grid() {
 std::vector<RegionMesher::Chord> RegionMesher::refine() {
   if (!built_ || options_.grid_x != nullptr) return {};
   if (!fan_.empty()) {
-    if (turned_rounds_++ >= kFanRounds) return {};
-    std::vector<Chord> chords = chords_of_fan();
+    std::vector<Chord> chords;
+    if (turned_rounds_++ < kFanRounds) {
+      for (const auto& [chord, turn] : aims_) chords.push_back(chord);
+      if (chords.empty()) chords = chords_of_fan();
+    }
     urgent_ = !chords.empty();
+    if (chords.empty() && is_strip_ && strip_fails()) {
+      is_strip_ = false;
+      may_be_strip_ = false;
+      turned_rounds_ = 0;
+      broken_ = true;  // built anew, and refined
+    }
     return chords;
   }
   RefineRules rules;
@@ -330,8 +341,11 @@ RegionMesh RegionMesher::finish() {
     return std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(),
                        [&](const auto& t) { return rules.is_wrong(t[0], t[1], t[2]); });
   };
-  if (fan_.empty() && !(options_.to_the_end && is_folded() && finish_in_plan()))
+  if (fan_.empty() && options_.to_the_end && is_folded() && finish_in_plan()) {
+    // Nothing folds in plan.
+  } else if (fan_.empty() || is_strip_) {
     unfold(mesh_.position, rules, mesh_.triangles);
+  }
   for (const auto& t : mesh_.triangles) {
     const double known = std::fmin(mesh_.largest_deviation, options_.tolerance);
     if (known > 0 && std::max({t[0], t[1], t[2]}) < filter_.size() &&

@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/tessellate/deviation_filter.h"
@@ -39,9 +41,12 @@ class RegionMesher {
   std::vector<Chord> build();
   // One round; the chords to split before it can go on.
   std::vector<Chord> refine();
+  // Zero where a chord that refine() asked for last is to be split; empty: in its middle.
+  [[nodiscard]] std::function<double(const Vec3&)> aim_of(const Chord& chord) const;
   // A chord of this region's border has got a point in its middle.
   void take_split(const Chord& chord, std::uint32_t point);
   void keep(const Chord& chord);
+  [[nodiscard]] Label label() const { return mesh_.label; }
   [[nodiscard]] bool broken() const { return broken_; }
   // What refine() asked for last must be split however short it is.
   [[nodiscard]] bool urgent() const { return urgent_; }
@@ -63,6 +68,25 @@ class RegionMesher {
   std::vector<Chord> chords_of_turned();
   std::vector<Chord> chords_of_tight();
   void renew_border_bounds();
+  struct FanPiece {
+    std::array<std::uint32_t, 3> triangle;
+    std::array<std::uint32_t, 2> across;  // the chord of the border that makes it finer
+  };
+  struct Chain;
+  struct Strip;
+  struct Span {  // of rulings
+    double from, to;
+  };
+  bool find_strip(const std::vector<PlanarTriangulation::Segment>& border, Strip& strip) const;
+  bool make_strip(const std::vector<PlanarTriangulation::Segment>& border);
+  [[nodiscard]] bool is_wrong(const FanPiece& piece) const;
+  [[nodiscard]] Span span_of(const FanPiece& piece) const;
+  [[nodiscard]] std::vector<Span> spans_of_wrong() const;
+  void aim_at_rulings(const Chain& chain, const Chain& other, const std::vector<Span>& wrong);
+  [[nodiscard]] bool fan_follows_rulings() const;
+  [[nodiscard]] bool strip_fails() const;
+  [[nodiscard]] bool is_steep() const;
+  [[nodiscard]] bool folds() const;
   bool make_fan(const std::vector<PlanarTriangulation::Segment>& border);
   bool make_fan_around(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);
   bool make_fan_between(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);
@@ -105,11 +129,9 @@ class RegionMesher {
   std::vector<Vec2> points_;
   std::vector<double> spacing_;                           // of each vertex, chart length
   std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
-  struct FanPiece {
-    std::array<std::uint32_t, 3> triangle;
-    std::array<std::uint32_t, 2> across;  // the chord of the border that makes it finer
-  };
-  std::vector<FanPiece> fan_;  // about a cone's apex, in place of all else
+  std::vector<FanPiece> fan_;                             // between rulings, in place of all else
+  std::vector<std::pair<Chord, double>> aims_;  // chords to be split at a ruling, and its turn
+  bool is_strip_ = false, may_be_strip_ = true;
   bool built_ = false, broken_ = false, urgent_ = false, in_plan_ = false;
   enum class OffFace : std::uint8_t { kUnknown, kNo, kYes };
   mutable std::vector<OffFace> off_face_;  // of vertices on arcs, looked at when first asked

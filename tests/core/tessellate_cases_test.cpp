@@ -155,6 +155,37 @@ TEST(DegenerateDies, BarOverAFlatConeUnderItsMirroredNappe) {
   expect_certified(die, 2500, 0.02);
 }
 
+// A pin that leans by a few thousandths: regular triangles on its side fold over in plan, however
+// small. 57 000 of them in five seconds for the second at 0.05, 580 000 in fifty at 0.005.
+TEST(DegenerateDies, PinsThatHardlyLeanAreTrianglesBetweenRulings) {
+  for (const char* top : {"41.39963", "41.39038", "41.363", "41.178"}) {
+    const std::string pin = cylinder("S", "41.4,27.05,-.58", top + std::string(",27.05,3.12"), "1");
+    const std::string rest = "MACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n";
+    expect_certified("SOLID-DEF\n" + pin + "BOOLE-DEF\nS\n" + rest, 200, 0.05);
+    // Its foot is a curve of the base, not a rim.
+    const std::string over_base =
+        "BSURF-DEF\nPLANE\nP1,50,50,0.3\nNOR,.02,-.03,1\nBOOLE-DEF\nB+S\n";
+    expect_certified("SOLID-DEF\n" + pin + over_base + rest, 900, 0.05);
+  }
+  const std::string leaning = "SOLID-DEF\n" +
+                              cylinder("S", "41.4,27.05,-.58", "41.39038,27.05,3.12", "1") +
+                              "BOOLE-DEF\nS\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n";
+  expect_certified(leaning, 400, 0.005);
+  expect_certified(leaning, 700, 0.001);
+}
+
+// A pin at the end of a block, its top flush: the block's side ends along a ruling of the pin, and
+// the pin's side goes on beyond it over a ten-thousandth of a millimetre.
+TEST(DegenerateDies, SideThatStepsDownAlongARuling) {
+  expect_certified(
+      "SOLID-DEF\nS3,4-PRIS,2\nP1,73.72013,74.303063,0.431876\nP2,73.72013,82.760833,0.431876\n"
+      "P3,34.463182,82.760833,0.200744\nP4,34.463182,74.303063,0.200744\nHEI,2.893999\n" +
+          cylinder("S5", "70.261828,74.303063,0.411515", "70.244789,74.303063,3.305463",
+                   "3.458362") +
+          "BOOLE-DEF\nS3+S5\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n",
+      1500, 0.01);
+}
+
 // Drawn conformally they took regular triangles as small as their edges are sharp: 120 000 of them
 // in six seconds for the second, and something was told.
 TEST(DegenerateDies, LongEllipsoidsAreFewTrianglesAndCertified) {
@@ -188,6 +219,26 @@ TEST(DegenerateDies, ApexesOnBordersAreNotOffTheFace) {
                        cone("S5", "90,30,-10", "90,30,70", "40") +
                        "BOOLE-DEF\nS4+S5\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n",
                    1000, 0.2);
+}
+
+// A block's side that leans by last digits, 1e-7 mm wide in plan, and along it the silhouette of a
+// bar whose axis is as high as the block's top: side and bar meet in next to nothing, which was
+// searched for in half a million cells.
+TEST(DegenerateDies, BarAlongASideThatLeansByLastDigits) {
+  TessellationOptions options;
+  options.tolerance = 0.01;
+  const Result<Tessellation> made =
+      tessellate(surface_of("SOLID-DEF\nS5,4-PRIS,2\nP1,29.830828,40.840412,-3.753481\n"
+                            "P2,49.970561,60.980145,-3.753481\nP3,45.588216,65.362491,-2.78494\n"
+                            "P4,25.448483,45.222758,-2.78494\nHEI,8.786821\n" +
+                            cylinder("S16", "27.822038,45.677629,5.896509",
+                                     "32.204384,41.295284,4.927968", "2") +
+                            "BOOLE-DEF\nS5+S16\nMACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n"),
+                 options);
+  ASSERT_TRUE(made);
+  EXPECT_LT(made->mesh.triangles.size(), 3000u);
+  // Corners that are 5e-7 mm apart, nearer than is searched, are told.
+  EXPECT_LT(made->report.uncertified_area, 1e-3);
 }
 
 // Beside an upright ruling the side's own surface runs far below its rim within a hair of plan:
