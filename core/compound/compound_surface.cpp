@@ -2,6 +2,7 @@
 #include "core/compound/compound_surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -127,6 +128,54 @@ std::vector<BaseBorderPiece> border_pieces(const FergusonSurface& base, double c
   }
   return pieces;
 }
+
+// To the last digit.
+bool same_body(const Body& a, const Body& b) {
+  if (a.index() != b.index()) return false;
+  if (const auto* polyhedron = std::get_if<Polyhedron>(&a)) {
+    const auto& other = std::get<Polyhedron>(b);
+    const auto same_face = [](const PolyhedronFace& f, const PolyhedronFace& g) {
+      return f.number == g.number && f.loop == g.loop;
+    };
+    return polyhedron->vertices == other.vertices &&
+           std::equal(polyhedron->faces.begin(), polyhedron->faces.end(), other.faces.begin(),
+                      other.faces.end(), same_face);
+  }
+  const auto &f = std::get<QuadricBody>(a), &g = std::get<QuadricBody>(b);
+  return f.shape == g.shape && f.p == g.p && f.frame == g.frame && f.A == g.A && f.B == g.B &&
+         f.C == g.C;
+}
+
+// Terms of one sign in a row, in one group: of two that are one and the same body under two names
+// the later one shows nowhere, and what is said of it is said of the earlier.
+class SameSolids {
+ public:
+  explicit SameSolids(const std::vector<Solid>& solids) : solids_(solids) {}
+
+  void start_anew() { seen_.clear(); }
+
+  // The row of the same body earlier in the run; else the row given, which is kept.
+  std::int32_t first_row(std::int32_t solid, std::int32_t row) {
+    const Body& body = solids_[static_cast<std::size_t>(solid)].body;
+    const auto* polyhedron = std::get_if<Polyhedron>(&body);
+    const Vec3& p = polyhedron ? polyhedron->vertices[0] : std::get<QuadricBody>(body).p;
+    const std::array<double, 3> key{p.x(), p.y(), p.z()};
+    const auto [from, to] = seen_.equal_range(key);
+    for (auto it = from; it != to; ++it) {
+      if (same_body(solids_[static_cast<std::size_t>(it->second.solid)].body, body))
+        return it->second.row;
+    }
+    seen_.emplace(key, Seen{solid, row});
+    return row;
+  }
+
+ private:
+  struct Seen {
+    std::int32_t solid, row;
+  };
+  const std::vector<Solid>& solids_;
+  std::multimap<std::array<double, 3>, Seen> seen_;
+};
 
 // Whether two sides are one quadric: coefficients about one centre, scaled to one size.
 bool same_quadric(const BodyLine& a, const BodyLine& b) {
@@ -460,6 +509,8 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
   std::vector<PlanBox> boxes;
   std::vector<std::size_t> open;
   std::map<std::pair<int, Sign>, std::int32_t> first_rows;
+  SameSolids same(own.solids);
+  Sign last_sign = Sign::kPlus;
   for (const BooleanStep& step : own.boole) {
     const auto index = static_cast<std::uint32_t>(impl->steps.size());
     PlanBox box{kInf, -kInf, kInf, -kInf};
@@ -484,9 +535,13 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
       }
     }
     std::int32_t first_row = step.row;
+    if (step.kind != BooleanStep::Kind::kTerm || step.sign != last_sign) same.start_anew();
+    last_sign = step.sign;
     if (step.kind == BooleanStep::Kind::kTerm) {
       const auto key = std::make_pair(step.surface, step.sign);
-      first_row = first_rows.try_emplace(key, step.row).first->second;
+      const std::int32_t known =
+          step.surface > 0 ? same.first_row(step.surface - 1, step.row) : step.row;
+      first_row = known != step.row ? known : first_rows.try_emplace(key, step.row).first->second;
     }
     impl->steps.push_back({step.kind, step.sign, step.surface - 1, step.row, first_row});
     boxes.push_back(box);

@@ -128,6 +128,20 @@ TEST(DegenerateDies, OneSolidThirtyTimes) {
   expect_certified(on_plane(sphere("S", "20,20,0", "5"), terms), 1500, 0.01);
 }
 
+// Nor may two dozen of different names that are one and the same fill them.
+TEST(DegenerateDies, TwoDozenSolidsThatAreOne) {
+  std::string solids, plus, minus;
+  for (int i = 0; i < 24; ++i) {
+    const std::string number = std::to_string(i);
+    solids +=
+        sphere("S" + number, "20,20,0", "5") + cylinder("C" + number, "20,20,-9", "20,20,9", "2");
+    solids += "K" + number + ",4-PRIS,3\nP1,8,8,0\nP2,16,14,3\n";
+    plus += "+S" + number + "+K" + number;
+    minus += "-C" + number;
+  }
+  expect_certified(on_plane(solids, plus + minus + "+S3"), 6000, 0.01);
+}
+
 // A pocket with a rounded foot, given to six decimals: the bar touches the leaning side in the edge
 // of the floor, reaches through it by a few last digits at the one end and leaves a sliver of floor
 // 1e-7 wide at the other. Cells were plain that showed another face in their corners, slivers of a
