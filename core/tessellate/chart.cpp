@@ -441,7 +441,7 @@ Vec3 FaceChart::normal(const Vec3& p) const {
 }
 
 std::optional<double> FaceChart::turn(const Vec3& p) const {
-  if (kind_ != Kind::kCylinder && kind_ != Kind::kCone) return std::nullopt;
+  if (!has_rulings()) return std::nullopt;
   const Vec3 q = frame_ * (p - face_.c);
   if (kind_ == Kind::kCone && q.norm() == 0) return std::nullopt;
   return mirror_ * turns_.at(turn_of(q.x(), q.y()));

@@ -81,6 +81,11 @@ class FaceChart {
   // The ruling of a cylinder or cone through p, by a number that grows with the chart's x or turn;
   // none on other faces, and in an apex.
   [[nodiscard]] std::optional<double> turn(const Vec3& p) const;
+  [[nodiscard]] bool has_rulings() const {
+    return kind_ == Kind::kCylinder || kind_ == Kind::kCone;
+  }
+  // By how much it grows once round.
+  [[nodiscard]] double whole_turn() const { return turns_.last() - turns_.first(); }
 
   // The apex of a cone whose side this is.
   [[nodiscard]] std::optional<Vec3> apex() const;

@@ -25,8 +25,8 @@ constexpr int kTightRounds = 3;
 constexpr int kTurnedRounds = 12;
 // Rounds of halving a fan's chords: from the size of a part down to a tolerance.
 constexpr int kFanRounds = 24;
-// Vertices that a region laid in plan may get: beside a silhouette its triangles are needles, and
-// no number of them would do.
+// Vertices that a region laid in plan, or all but upright, may get: beside a silhouette its
+// triangles are needles, and no number of them would do.
 constexpr std::size_t kMostInPlan = 20'000;
 
 }  // namespace
@@ -73,7 +73,8 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
   triangulation_ = PlanarTriangulation();
   fan_.clear();
   aims_.clear();
-  if (!in_plan_ && (make_fan(segments) || ((is_strip_ || is_steep()) && make_strip(segments)))) {
+  if (!in_plan_ &&
+      (make_fan(segments) || ((is_strip_ || is_steep_side()) && make_strip(segments)))) {
     built_ = true;
     return {};
   }
@@ -214,11 +215,14 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
   rules.min_angle = chart_.is_plane() ? options_.flat_angle : options_.min_angle;
   rules.shortest_edge = options_.shortest;
   rules.max_vertices = in_plan_ ? points_.size() + kMostInPlan : 50'000'000;
+  // What folds there folds at any size: it is laid anew in the end (unfold.h).
+  const bool steep = !in_plan_ && is_steep_side();
+  if (steep) rules.max_vertices = points_.size() + kMostInPlan;
   rules.too_coarse = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return too_coarse(a, b, c);
   };
-  rules.folded = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    return looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance &&
+  rules.folded = [this, steep](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    return !steep && looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance &&
            !(is_off_face(a) || is_off_face(b) || is_off_face(c));
   };
   // New vertices have none yet, those of build() and of splits neither.
@@ -269,7 +273,7 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
   }
   urgent_ = false;
   if (in_plan_) return chords;
-  if (chords.empty() && turned_rounds_ < kTurnedRounds) {
+  if (chords.empty() && turned_rounds_ < kTurnedRounds && !steep) {
     chords = chords_of_turned();
     urgent_ = !chords.empty();
     if (urgent_) ++turned_rounds_;

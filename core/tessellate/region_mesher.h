@@ -85,7 +85,7 @@ class RegionMesher {
   void aim_at_rulings(const Chain& chain, const Chain& other, const std::vector<Span>& wrong);
   [[nodiscard]] bool fan_follows_rulings() const;
   [[nodiscard]] bool strip_fails() const;
-  [[nodiscard]] bool is_steep() const;
+  [[nodiscard]] bool is_steep_side() const;
   [[nodiscard]] bool folds() const;
   bool make_fan(const std::vector<PlanarTriangulation::Segment>& border);
   bool make_fan_around(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);

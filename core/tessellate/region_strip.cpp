@@ -15,8 +15,11 @@ namespace {
 // 180 of these, by 0.15 degrees half a million.
 constexpr double kSteep = 0.12;
 
-// Of a chord's length: one that turns by less runs along a ruling.
-constexpr double kAlong = 1e-3;
+// Of a chord's length: one that turns by less runs along a ruling, as where two pins cross that
+// lean differently.
+constexpr double kAlong = 0.02;
+// Sine of an angle between two edges of a triangle under which it may as well look down.
+constexpr double kFlat = 1e-3;
 
 }  // namespace
 
@@ -42,6 +45,10 @@ bool RegionMesher::find_strip(const std::vector<PlanarTriangulation::Segment>& b
     const std::optional<double> turn = chart_.turn(mesh_.position[border[k][0]]);
     if (!turn) return false;
     turns[k] = *turn;
+  }
+  // (Where a cone is seen all around the numbers begin anew somewhere.)
+  for (std::size_t k = 0; k < n; ++k) {
+    if (std::fabs(turns[(k + 1) % n] - turns[k]) > 0.5 * chart_.whole_turn()) return false;
   }
   const auto vertex = [&](std::size_t k) { return border[k % n][0]; };
   const auto is_along = [&](std::size_t k) {
@@ -83,8 +90,9 @@ bool RegionMesher::find_strip(const std::vector<PlanarTriangulation::Segment>& b
   return ascends(strip.low) && ascends(strip.high);
 }
 
-bool RegionMesher::is_steep() const {
-  return std::all_of(mesh_.position.begin(), mesh_.position.end(),
+bool RegionMesher::is_steep_side() const {
+  return chart_.has_rulings() &&
+         std::all_of(mesh_.position.begin(), mesh_.position.end(),
                      [&](const Vec3& p) { return std::fabs(chart_.normal(p).z()) < kSteep; });
 }
 
@@ -119,14 +127,15 @@ bool RegionMesher::make_strip(const std::vector<PlanarTriangulation::Segment>& b
   }
   const auto looks_up = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const Vec2 u = points_[b] - points_[a], v = points_[c] - points_[a];
-    return u.x() * v.y() - u.y() * v.x() > kAlong * u.norm() * v.norm();
+    return u.x() * v.y() - u.y() * v.x() > kFlat * u.norm() * v.norm();
   };
   // A step of a curve along a ruling is seen from the one side of it or the other.
   const auto goes_low = [&] {
     if (i >= low_end || j >= high_end) return i < low_end;
     if (strip.low.along[i] != 0) return looks_up(low[i], low[i + 1], high[j]);
     if (strip.high.along[j] != 0) return !looks_up(low[i], high[j + 1], high[j]);
-    return low_turns[i + 1] <= high_turns[j + 1] + near_;
+    return low_turns[i + 1] <= high_turns[j + 1] + near_ &&
+           low_turns[i] < high_turns[j + 1] - near_;
   };
   while (i < low_end || j < high_end) {
     if (goes_low()) {
@@ -209,8 +218,10 @@ void RegionMesher::aim_at_rulings(const Chain& chain, const Chain& other,
                                   const std::vector<Span>& wrong) {
   std::vector<double> rulings;
   for (std::size_t k = 0; k < other.turns.size(); ++k) {
-    if (k == 0 || other.along[k - 1] == 0) rulings.push_back(other.turns[k]);
+    const bool inside = k > 0 && other.along[k - 1] != 0 && other.along[k] != 0;
+    if (!inside) rulings.push_back(other.turns[k]);
   }
+  std::sort(rulings.begin(), rulings.end());
   auto span = wrong.begin();
   for (std::size_t k = 0; k + 1 < chain.turns.size(); ++k) {
     while (span != wrong.end() && span->to <= chain.turns[k]) ++span;

@@ -188,6 +188,44 @@ TEST(DegenerateDies, PinsThatHardlyLeanAreTrianglesBetweenRulings) {
   expect_certified(leaning, 700, 0.001);
 }
 
+// Two pins that lean differently cross in curves that step back over the rulings. None of these
+// ended within half a minute.
+TEST(DegenerateDies, PinsThatHardlyLeanCrossing) {
+  const std::string rest = "MACHI-DEF\nX-RNG,0,100\nY-RNG,0,100\n";
+  const std::string slope = "BSURF-DEF\nPLANE\nP1,50,50,0.3\nNOR,.02,-.03,1\nBOOLE-DEF\n";
+  expect_certified("SOLID-DEF\n" +
+                       cylinder("S", "50.000044,49.999977,2.447069", "50,50,0.914014", "1.053554") +
+                       slope + "B+S\n" + rest,
+                   4000, 0.0018);
+  expect_certified(
+      "SOLID-DEF\n" + cylinder("S", "50,50,-0.662241", "49.996785,50.014338,6.402129", "5.212684") +
+          cylinder("T", "55.212684,50,-1.662241", "55.212684,50,2.869944", "2.606342") +
+          "BSURF-DEF\nPLANE,0\nBOOLE-DEF\nB+S+T\n" + rest,
+      6000, 0.0054);
+  // Rulings of 4e-4 mm in plan: no strip as it stands, and told.
+  TessellationOptions options;
+  options.tolerance = 0.0891;
+  const Result<Tessellation> made = tessellate(
+      surface_of("SOLID-DEF\n" +
+                 cylinder("S", "49.999757,49.999788,8.973084", "50,50,0.285359", "6.610628") +
+                 cylinder("T", "56.610628,50,-0.714641", "56.610628,50,4.629222", "3.305314") +
+                 slope + "B+S+T\n" + rest),
+      options);
+  ASSERT_TRUE(made);
+  EXPECT_LT(made->mesh.triangles.size(), 6000u);
+  EXPECT_LT(made->report.uncertified_area, 0.5);
+}
+
+// Seen all around a cone has rulings on every side of its apex.
+TEST(DegenerateDies, SlenderConeOnASlopeIsNoStrip) {
+  expect_certified(
+      "SOLID-DEF\n" +
+          cone("S1", "87.559816,11.057391,0.728056", "87.559816,11.057391,8.940991", "0.98663") +
+          "BSURF-DEF\nPLANE\nP1,50,50,0\nNOR,0,0.2,1\nBOOLE-DEF\nB+S1\nMACHI-DEF\n"
+          "X-RNG,0,100\nY-RNG,0,100\n",
+      200, 0.1);
+}
+
 // A pin at the end of a block, its top flush: the block's side ends along a ruling of the pin, and
 // the pin's side goes on beyond it over a ten-thousandth of a millimetre.
 TEST(DegenerateDies, SideThatStepsDownAlongARuling) {
