@@ -79,7 +79,7 @@ class RegionMesher {
   };
   bool find_strip(const std::vector<PlanarTriangulation::Segment>& border, Strip& strip) const;
   bool make_strip(const std::vector<PlanarTriangulation::Segment>& border);
-  [[nodiscard]] bool is_wrong(const FanPiece& piece) const;
+  [[nodiscard]] bool deviates(const FanPiece& piece) const;
   [[nodiscard]] Span span_of(const FanPiece& piece) const;
   [[nodiscard]] std::vector<Span> spans_of_wrong() const;
   void aim_at_rulings(const Chain& chain, const Chain& other, const std::vector<Span>& wrong);

@@ -158,9 +158,9 @@ bool RegionMesher::make_strip(const std::vector<PlanarTriangulation::Segment>& b
   return is_strip_;
 }
 
-bool RegionMesher::is_wrong(const FanPiece& piece) const {
+bool RegionMesher::deviates(const FanPiece& piece) const {
   const auto& [a, b, c] = piece.triangle;
-  return looks_down(a, b, c) || bound_of(face_bound_of(a, b, c), a, b, c) > options_.tolerance;
+  return bound_of(face_bound_of(a, b, c), a, b, c) > options_.tolerance;
 }
 
 RegionMesher::Span RegionMesher::span_of(const FanPiece& piece) const {
@@ -174,7 +174,8 @@ RegionMesher::Span RegionMesher::span_of(const FanPiece& piece) const {
 std::vector<RegionMesher::Span> RegionMesher::spans_of_wrong() const {
   std::vector<Span> all, joined;
   for (const FanPiece& piece : fan_) {
-    if (is_wrong(piece)) all.push_back(span_of(piece));
+    const auto& [a, b, c] = piece.triangle;
+    if (looks_down(a, b, c) || deviates(piece)) all.push_back(span_of(piece));
   }
   std::sort(all.begin(), all.end(), [](const Span& a, const Span& b) { return a.from < b.from; });
   for (const Span& span : all) {
@@ -194,16 +195,15 @@ bool RegionMesher::strip_fails() const {
     const auto& [a, b, c] = piece.triangle;
     const auto& [p, q] = piece.across;
     if (has_no_area(a, b, c)) return (mesh_.position[p] - mesh_.position[q]).norm() > near_;
-    return border_bound_of(a, b, c) <= options_.tolerance &&
-           bound_of(face_bound_of(a, b, c), a, b, c) > options_.tolerance;
+    return border_bound_of(a, b, c) <= options_.tolerance && deviates(piece);
   });
 }
 
-// Every wrong triangle turns no farther than the chord that it lies over, or a shorter chord would
-// not make it any better: so where curves step to and fro on one ruling.
+// Every triangle that deviates turns no farther than the chord that it lies over, or a shorter
+// chord would not make it any better: so where curves step to and fro on one ruling.
 bool RegionMesher::fan_follows_rulings() const {
   return std::all_of(fan_.begin(), fan_.end(), [&](const FanPiece& piece) {
-    if (!is_wrong(piece)) return true;
+    if (!deviates(piece)) return true;
     const Span span = span_of(piece);
     const auto turn = [&](std::uint32_t v) { return chart_.turn(mesh_.position[v]).value_or(0); };
     const double across = std::fabs(turn(piece.across[0]) - turn(piece.across[1]));
