@@ -124,12 +124,12 @@ std::vector<RegionMesher::Chord> RegionMesher::chords_of_fan() const {
   return chords;
 }
 
-// What looks down all the same stands over a chord too short to see: it is a piece of wall between
-// the ruling and what lies under it.
+// What looks down all the same about an apex stands over a chord too short to see: it is a piece of
+// wall between the ruling and what lies under it. (In a strip it is laid anew, or told.)
 void RegionMesher::finish_fan() {
   for (const auto& [t, chord] : fan_) {
     const auto& [a, b, c] = t;
-    if (looks_down(a, b, c) || may_round_down(a, b, c)) {
+    if (!is_strip_ && (looks_down(a, b, c) || may_round_down(a, b, c))) {
       mesh_.upright.push_back(t);
     } else {
       mesh_.triangles.push_back(t);
