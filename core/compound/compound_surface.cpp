@@ -539,9 +539,8 @@ Result<CompoundSurface> CompoundSurface::make(const PartProgram& program,
     last_sign = step.sign;
     if (step.kind == BooleanStep::Kind::kTerm) {
       const auto key = std::make_pair(step.surface, step.sign);
-      const std::int32_t known =
-          step.surface > 0 ? same.first_row(step.surface - 1, step.row) : step.row;
-      first_row = known != step.row ? known : first_rows.try_emplace(key, step.row).first->second;
+      first_row = first_rows.try_emplace(key, step.row).first->second;
+      if (step.surface > 0) first_row = same.first_row(step.surface - 1, first_row);
     }
     impl->steps.push_back({step.kind, step.sign, step.surface - 1, step.row, first_row});
     boxes.push_back(box);

@@ -183,13 +183,12 @@ void FaceChart::draw_for(double tolerance) {
   if (kind_ != Kind::kEllipsoid) return;
   const double least = axes_.minCoeff(), largest = axes_.maxCoeff();
   if (largest < kAlmostRound * least) return;
-  const double conformal = triangles_of_ellipsoid(tolerance);
+  const bool sharp = tolerance * largest >= kSharp * least * least;
+  const double conformal = sharp ? kInf : triangles_of_ellipsoid(tolerance);
   const Vec2 stretch = stretch_;
   as_sphere_ = true;
   stretch_ = Vec2(largest, largest);
-  if (tolerance * largest >= kSharp * least * least ||
-      triangles_of_ellipsoid(tolerance) < conformal)
-    return;
+  if (sharp || triangles_of_ellipsoid(tolerance) < conformal) return;
   as_sphere_ = false;
   stretch_ = stretch;
 }

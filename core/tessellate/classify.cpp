@@ -45,8 +45,7 @@ bool surely_above(const Impl& surface, const FaceOver& f, const FaceOver& g, con
   }
   return (d.hi > tie && f.c - g.c > tie &&
           (sides_run_apart(surface, f, g, box) || rises_above(surface, f, g, box))) ||
-         touches_from_above(surface, f, g, box) ||
-         (f.upper ? covers_steep_face(surface, f, g, box) : covers_steep_face(surface, g, f, box));
+         touches_from_above(surface, f, g, box) || covers_steep_face(surface, f, g, box);
 }
 
 bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, const CellBox& box) {
@@ -55,8 +54,7 @@ bool never_above(const Impl& surface, const FaceOver& f, const FaceOver& g, cons
   return (d.hi <= (1 - kEnclosureSlack) * surface.tie && !touches_from_above(surface, f, g, box)) ||
          (d.lo < -surface.tie && g.c - f.c > surface.tie &&
           (sides_run_apart(surface, f, g, box) || rises_above(surface, g, f, box))) ||
-         touches_from_above(surface, g, f, box) ||
-         (g.upper ? covers_steep_face(surface, g, f, box) : covers_steep_face(surface, f, g, box));
+         touches_from_above(surface, g, f, box) || covers_steep_face(surface, g, f, box);
 }
 
 bool coincide(const FaceOver& f, const FaceOver& g, const CellBox& box, double tie) {

@@ -108,15 +108,19 @@ bool touches_from_above(const Impl& surface, const FaceOver& f, const FaceOver& 
 bool covers_steep_face(const Impl& surface, const FaceOver& f, const FaceOver& g,
                        const CellBox& box) {
   constexpr double kSteep = 1e3;
-  const double steep = std::hypot(g.gx, g.gy);
-  if (g.side || g.solid < 0 || !f.has_mid || f.upper != g.upper || !(steep > kSteep)) return false;
-  const BodyLine& body = surface.bodies[static_cast<std::size_t>(g.solid)];
-  const double up = f.upper ? 1 : -1;
+  if (f.upper != g.upper) return false;
+  const FaceOver &side = f.upper ? f : g, &plane = f.upper ? g : f;
+  if (!side.has_mid || plane.side || plane.solid < 0) return false;
+  const double steep = std::hypot(plane.gx, plane.gy);
+  if (!(steep > kSteep)) return false;
+  const BodyLine& body = surface.bodies[static_cast<std::size_t>(plane.solid)];
+  const double up = side.upper ? 1 : -1;
   const double x = box.x - body.center_x(), y = box.y - body.center_y();
-  for (const PlanarCap& cap : f.upper ? body.upper_caps() : body.lower_caps()) {
-    if (cap.face == g.face) continue;
-    const double beyond = up * (f.mc - (cap.z0 + cap.zx * x + cap.zy * y)) -
-                          std::fabs(f.mgx - cap.zx) * box.hx - std::fabs(f.mgy - cap.zy) * box.hy;
+  for (const PlanarCap& cap : side.upper ? body.upper_caps() : body.lower_caps()) {
+    if (cap.face == plane.face) continue;
+    const double beyond = up * (side.mc - (cap.z0 + cap.zx * x + cap.zy * y)) -
+                          std::fabs(side.mgx - cap.zx) * box.hx -
+                          std::fabs(side.mgy - cap.zy) * box.hy;
     if (beyond >= -(1 - kEnclosureSlack) * steep * surface.tie) return true;
   }
   return false;

@@ -22,9 +22,10 @@ bool rises_above(const CompoundSurface::Impl& surface, const FaceOver& f, const 
 bool touches_from_above(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
                         const CellBox& box);
 
-// g, a plane face that is all but upright, is not seen where f is there: the middle plane of f's
-// quadric is beyond another face of g's body, but for so little that on g it is less than a tie of
-// the plan. So beside a bar along the edge of a block, its axis as high as the block's top.
+// f is nowhere below g where both are there: one is a quadric's side and the other a plane face
+// that is all but upright, and the middle plane of the quadric is beyond another face of that
+// face's body, but for so little that on the steep face it is less than a tie of the plan. So a bar
+// along the edge of a block covers the block's side, its axis as high as the block's top.
 bool covers_steep_face(const CompoundSurface::Impl& surface, const FaceOver& f, const FaceOver& g,
                        const CellBox& box);
 

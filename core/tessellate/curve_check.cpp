@@ -110,6 +110,7 @@ bool CurveCheck::is_on_base(const Vec3& p) const {
 
 double CurveCheck::off_by(const Faces& faces, const Vec3& p) const {
   if (faces.base && is_on_base(p)) return 0;
+  // (How far off a base is not measured.)
   double off = faces.base ? certified_ : std::numeric_limits<double>::infinity();
   for (const Implicit& f : faces.solids) off = std::fmin(off, std::fabs(f.value(p)));
   return off <= exact_ ? 0 : off;

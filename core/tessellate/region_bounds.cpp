@@ -15,6 +15,8 @@ constexpr double kLeastRoom = 0.3;
 // many times what counts as one point. Where shorter ones look down it is by the rounding of
 // heights beside a silhouette, and halves do so all the more.
 constexpr double kTurnable = 0.02, kTurnablePoints = 2000;
+// Of the tolerance: triangles no longer than this are left as they are.
+constexpr double kSmall = 0.25;
 // Slopes between triangle and face up to which what lies near a chord can be told apart.
 constexpr double kGentle = 0.5;
 
@@ -119,7 +121,7 @@ bool RegionMesher::too_coarse(std::uint32_t a, std::uint32_t b, std::uint32_t c)
   if (side == DeviationFilter::Side::kWithin && border_keeps(a, b, c, tolerance)) return false;
   // Next to nothing across: only its arcs could mend it.
   const double longest = longest_edge(a, b, c);
-  if (!(longest > 0.25 * tolerance)) return false;
+  if (!(longest > kSmall * tolerance)) return false;
   if (is_off_face(a) || is_off_face(b) || is_off_face(c)) return false;
   if (side == DeviationFilter::Side::kBeyond && most_off_ + 0.57 * longest > tolerance) return true;
   // What arcs leave no room for, vertices inside cannot mend.
@@ -135,6 +137,10 @@ bool RegionMesher::looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c)
   const Vec3 u = mesh_.position[b] - mesh_.position[a], v = mesh_.position[c] - mesh_.position[a];
   const Vec3 n = u.cross(v);
   return n.z() < 0 && n.z() < -1e-9 * n.norm();
+}
+
+bool RegionMesher::is_folded(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  return looks_down(a, b, c) && longest_edge(a, b, c) > kSmall * options_.tolerance;
 }
 
 // Nearer to upright than the rounding of vertices that are moved afterwards may turn it.
@@ -196,11 +202,9 @@ std::vector<RegionMesher::Chord> RegionMesher::chords_of_tight() {
 
 // The border alone, before a vertex inside or a split could help.
 bool RegionMesher::folds() const {
-  const std::vector<std::array<std::uint32_t, 3>> triangles = triangulation_.triangles();
-  return std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) {
-    return looks_down(t[0], t[1], t[2]) &&
-           longest_edge(t[0], t[1], t[2]) > 0.25 * options_.tolerance;
-  });
+  const auto triangles = triangulation_.triangles();
+  return std::any_of(triangles.begin(), triangles.end(),
+                     [&](const auto& t) { return is_folded(t[0], t[1], t[2]); });
 }
 
 // Beside a silhouette chords of two arcs that never meet may cross in plan, one above the other:

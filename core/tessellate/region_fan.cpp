@@ -109,14 +109,14 @@ bool RegionMesher::make_fan_between(const std::vector<PlanarTriangulation::Segme
 // Chords over the upright ruling whose triangles look down, until they are of no height.
 std::vector<RegionMesher::Chord> RegionMesher::chords_of_fan() const {
   std::vector<Chord> chords;
-  for (const auto& [t, chord] : fan_) {
-    const auto& [a, b, c] = t;
+  for (const FanPiece& piece : fan_) {
+    const auto& [a, b, c] = piece.triangle;
+    const std::array<std::uint32_t, 2>& chord = piece.across;
     const double length = (mesh_.position[chord[0]] - mesh_.position[chord[1]]).norm();
     // (In a strip, over rulings with a vertex at both ends, it is rounding that looks down.)
     const bool turned = looks_down(a, b, c) && !is_strip_;
     if (turned ? length > kPoint * options_.tolerance
-               : length > kMended * options_.tolerance &&
-                     bound_of(face_bound_of(a, b, c), a, b, c) > options_.tolerance)
+               : length > kMended * options_.tolerance && deviates(piece))
       chords.push_back({mesh_.arc_point[chord[0]], mesh_.arc_point[chord[1]]});
   }
   std::sort(chords.begin(), chords.end());

@@ -62,15 +62,14 @@ Result<std::vector<RegionMesh>> mesh_regions(const CompoundSurface::Impl& surfac
                       for (std::size_t k = begin; k < end; ++k) {
                         const std::uint32_t r = active[k];
                         asked[r].clear();
-                        if (to_build[r]) {
-                          asked[r] = regions[r]->build();
-                          to_build[r] = !asked[r].empty() ? 1 : 0;
-                        }
-                        if (!to_build[r]) asked[r] = regions[r]->refine();
-                        if (!regions[r]->broken()) continue;
-                        asked[r] = regions[r]->build();
-                        to_build[r] = !asked[r].empty() ? 1 : 0;
-                        if (!to_build[r]) asked[r] = regions[r]->refine();
+                        // Twice where refining finds that another way has to be taken.
+                        do {
+                          if (to_build[r] || regions[r]->broken()) {
+                            asked[r] = regions[r]->build();
+                            to_build[r] = !asked[r].empty() ? 1 : 0;
+                          }
+                          if (!to_build[r]) asked[r] = regions[r]->refine();
+                        } while (regions[r]->broken());
                       }
                     });
     // Borders that truly overlap would be split for ever, and where none of the chords that cross

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/tessellate/unfold.h"
 
@@ -73,8 +74,9 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
   triangulation_ = PlanarTriangulation();
   fan_.clear();
   aims_.clear();
+  const bool was_strip = std::exchange(is_strip_, false);
   if (!in_plan_ &&
-      (make_fan(segments) || ((is_strip_ || is_steep_side()) && make_strip(segments)))) {
+      (make_fan(segments) || ((was_strip || is_steep_side()) && make_strip(segments)))) {
     built_ = true;
     return {};
   }
@@ -97,7 +99,7 @@ std::vector<RegionMesher::Chord> RegionMesher::build() {
     for (std::uint32_t s = 0; s < segments.size(); ++s) ask(s);
   }
   if (!built_) return split;
-  if (!in_plan_ && folds() && make_strip(segments)) return {};
+  if (!in_plan_ && may_be_strip_ && folds() && make_strip(segments)) return {};
   if (options_.grid_x != nullptr) {
     insert_grid();
   } else {
@@ -204,7 +206,6 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     }
     urgent_ = !chords.empty();
     if (chords.empty() && is_strip_ && strip_fails()) {
-      is_strip_ = false;
       may_be_strip_ = false;
       turned_rounds_ = 0;
       broken_ = true;  // built anew, and refined
@@ -222,8 +223,7 @@ std::vector<RegionMesher::Chord> RegionMesher::refine() {
     return too_coarse(a, b, c);
   };
   rules.folded = [this, steep](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    return !steep && looks_down(a, b, c) && longest_edge(a, b, c) > 0.25 * options_.tolerance &&
-           !(is_off_face(a) || is_off_face(b) || is_off_face(c));
+    return !steep && is_folded(a, b, c) && !(is_off_face(a) || is_off_face(b) || is_off_face(c));
   };
   // New vertices have none yet, those of build() and of splits neither.
   const auto add_spacing = [this](std::size_t v, double room) {
@@ -341,15 +341,11 @@ RegionMesh RegionMesher::finish() {
   rules.bound = [this](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     return bound_of(face_bound_of(a, b, c), a, b, c);
   };
-  const auto is_folded = [&] {
-    return std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(),
-                       [&](const auto& t) { return rules.is_wrong(t[0], t[1], t[2]); });
-  };
-  if (fan_.empty() && options_.to_the_end && is_folded() && finish_in_plan()) {
-    // Nothing folds in plan.
-  } else if (fan_.empty() || is_strip_) {
-    unfold(mesh_.position, rules, mesh_.triangles);
-  }
+  const auto is_wrong = [&](const auto& t) { return rules.is_wrong(t[0], t[1], t[2]); };
+  const bool in_plan = fan_.empty() && options_.to_the_end &&
+                       std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(), is_wrong) &&
+                       finish_in_plan();
+  if (!in_plan && (fan_.empty() || is_strip_)) unfold(mesh_.position, rules, mesh_.triangles);
   for (const auto& t : mesh_.triangles) {
     const double known = std::fmin(mesh_.largest_deviation, options_.tolerance);
     if (known > 0 && std::max({t[0], t[1], t[2]}) < filter_.size() &&

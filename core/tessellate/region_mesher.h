@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "core/tessellate/deviation_filter.h"
@@ -29,7 +29,8 @@ class RegionMesher {
         chart_(surface, arrangement.regions[index].label, deviation.base()),
         filter_(deviation, arrangement.regions[index].label),
         flat_(2 * options.least_altitude),
-        near_(1e-9 * surface.size) {
+        near_(1e-9 * surface.size),
+        may_be_strip_(chart_.has_rulings() && options.grid_x == nullptr) {
     mesh_.label = arrangement.regions[index].label;
     mesh_.region = index;
     chart_.draw_for(options.tolerance);
@@ -86,6 +87,9 @@ class RegionMesher {
   [[nodiscard]] bool fan_follows_rulings() const;
   [[nodiscard]] bool strip_fails() const;
   [[nodiscard]] bool is_steep_side() const;
+  [[nodiscard]] double turn_at(std::uint32_t v) const {
+    return chart_.turn(mesh_.position[v]).value_or(0);
+  }
   [[nodiscard]] bool folds() const;
   bool make_fan(const std::vector<PlanarTriangulation::Segment>& border);
   bool make_fan_around(const std::vector<PlanarTriangulation::Segment>& border, const Vec3& apex);
@@ -99,6 +103,8 @@ class RegionMesher {
   void insert_grid();
   [[nodiscard]] bool closing(std::uint32_t a, std::uint32_t b) const;
   [[nodiscard]] bool looks_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+  // Looks down, and is long enough to be mended.
+  [[nodiscard]] bool is_folded(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] bool may_round_down(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] bool has_no_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   [[nodiscard]] double longest_edge(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
@@ -130,8 +136,8 @@ class RegionMesher {
   std::vector<double> spacing_;                           // of each vertex, chart length
   std::unordered_map<std::uint32_t, Chord> worst_chord_;  // of those that end at a vertex
   std::vector<FanPiece> fan_;                             // between rulings, in place of all else
-  std::vector<std::pair<Chord, double>> aims_;  // chords to be split at a ruling, and its turn
-  bool is_strip_ = false, may_be_strip_ = true;
+  std::map<Chord, double> aims_;  // chords to be split at a ruling, and its turn
+  bool is_strip_ = false, may_be_strip_;
   bool built_ = false, broken_ = false, urgent_ = false, in_plan_ = false;
   enum class OffFace : std::uint8_t { kUnknown, kNo, kYes };
   mutable std::vector<OffFace> off_face_;  // of vertices on arcs, looked at when first asked

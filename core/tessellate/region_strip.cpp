@@ -99,7 +99,7 @@ bool RegionMesher::is_steep_side() const {
 // True where the border is such a strip; its triangles are those between the rulings as they are.
 bool RegionMesher::make_strip(const std::vector<PlanarTriangulation::Segment>& border) {
   Strip strip;
-  if (!may_be_strip_ || options_.grid_x != nullptr || !find_strip(border, strip)) return false;
+  if (!may_be_strip_ || !find_strip(border, strip)) return false;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c,
                        std::array<std::uint32_t, 2> across) {
     if (a != b && b != c && c != a) fan_.push_back({{a, b, c}, across});
@@ -164,9 +164,8 @@ bool RegionMesher::deviates(const FanPiece& piece) const {
 }
 
 RegionMesher::Span RegionMesher::span_of(const FanPiece& piece) const {
-  const auto turn = [&](std::uint32_t v) { return chart_.turn(mesh_.position[v]).value_or(0); };
-  const auto [a, b, c] = piece.triangle;
-  const auto [from, to] = std::minmax({turn(a), turn(b), turn(c)});
+  const auto& [a, b, c] = piece.triangle;
+  const auto [from, to] = std::minmax({turn_at(a), turn_at(b), turn_at(c)});
   return {from, to};
 }
 
@@ -205,9 +204,9 @@ bool RegionMesher::fan_follows_rulings() const {
   return std::all_of(fan_.begin(), fan_.end(), [&](const FanPiece& piece) {
     if (!deviates(piece)) return true;
     const Span span = span_of(piece);
-    const auto turn = [&](std::uint32_t v) { return chart_.turn(mesh_.position[v]).value_or(0); };
-    const double across = std::fabs(turn(piece.across[0]) - turn(piece.across[1]));
-    const double length = longest_edge(piece.triangle[0], piece.triangle[1], piece.triangle[2]);
+    const double across = std::fabs(turn_at(piece.across[0]) - turn_at(piece.across[1]));
+    const auto& [a, b, c] = piece.triangle;
+    const double length = longest_edge(a, b, c);
     return span.to - span.from <= across + kAlong * length + near_;
   });
 }
@@ -216,6 +215,7 @@ bool RegionMesher::fan_follows_rulings() const {
 // the middle one of several.
 void RegionMesher::aim_at_rulings(const Chain& chain, const Chain& other,
                                   const std::vector<Span>& wrong) {
+  if (wrong.empty()) return;
   std::vector<double> rulings;
   for (std::size_t k = 0; k < other.turns.size(); ++k) {
     const bool inside = k > 0 && other.along[k - 1] != 0 && other.along[k] != 0;
@@ -231,16 +231,15 @@ void RegionMesher::aim_at_rulings(const Chain& chain, const Chain& other,
     const auto to = std::lower_bound(from, rulings.end(), chain.turns[k + 1] - near_);
     if (from == to) continue;
     const Chord chord{mesh_.arc_point[chain.vertices[k]], mesh_.arc_point[chain.vertices[k + 1]]};
-    aims_.emplace_back(chord, *(from + (to - from) / 2));
+    aims_.emplace(chord, *(from + (to - from) / 2));
   }
 }
 
 std::function<double(const Vec3&)> RegionMesher::aim_of(const Chord& chord) const {
-  for (const auto& [own, turn] : aims_) {
-    if (own != chord) continue;
-    return [this, turn](const Vec3& p) { return chart_.turn(p).value_or(turn) - turn; };
-  }
-  return {};
+  const auto found = aims_.find(chord);
+  if (found == aims_.end()) return {};
+  return
+      [this, turn = found->second](const Vec3& p) { return chart_.turn(p).value_or(turn) - turn; };
 }
 
 }  // namespace diesink
